@@ -38,11 +38,11 @@ help:
 	@touch $@
 
 .venv/.dev: pyproject.toml .venv/.pip
-	$(BIN)/python -m pip install --quiet --group dev --editable ".[cluster,derive,explore,video]"
+	$(BIN)/python -m pip install --quiet --group dev --editable ".[cluster,derive,explore,jax,video]"
 	@touch $@ .venv/.user
 
 .venv/.docs: pyproject.toml .venv/.pip
-	$(BIN)/python -m pip install --quiet --group docs --editable ".[derive]"
+	$(BIN)/python -m pip install --quiet --group docs --editable ".[derive,jax]"
 	@touch $@ .venv/.user
 
 tour: .venv/.user
@@ -76,7 +76,7 @@ oldest newest: %: .venvs/%$(WITH).txt
 	$(PYTHON) -m venv .venvs/$@$(WITH)
 	.venvs/$@$(WITH)/$(SCRIPTS)/python -m pip install --quiet --upgrade $(PIP_WITH_GROUPS)
 	.venvs/$@$(WITH)/$(SCRIPTS)/python -m pip install --quiet --upgrade --upgrade-strategy eager \
-	    --group test --editable ".[cluster,derive,explore,video]" --constraint $<
+	    --group test --editable ".[cluster,derive,explore,jax,video]" --constraint $<
 	.venvs/$@$(WITH)/$(SCRIPTS)/python -m pip list
 	.venvs/$@$(WITH)/$(SCRIPTS)/python -m pytest --dist worksteal -m "not browser" \
 	    --numprocesses 2 $(TESTS)
@@ -116,7 +116,7 @@ docs: .venv/.docs
 	$(BIN)/python -m sphinx --jobs 2 --fail-on-warning --keep-going --quiet docs site
 
 notebooks: .venv/.docs
-	printf '%s\n' notebooks/*.ipynb | xargs -n 1 -P 2 $(BIN)/jupyter execute
+	$(BIN)/python .ci/notebooks.py | xargs -n 1 -P 2 $(BIN)/jupyter execute
 
 bench: .venv/.dev
 	-$(BIN)/python -m pip install --quiet --group bench

@@ -17,9 +17,14 @@ from .groups import (
     ensemble,
     first_call,
     fixed_cost,
+    hard_cases,
     hybrid,
+    linear_systems,
+    long_run,
     long_states,
+    many_daes,
     memory,
+    planets,
     same_steps,
     scaling,
     speed,
@@ -43,12 +48,17 @@ GROUPS = {
     "scaling": scaling,
     "ensemble": ensemble,
     "drift": drift,
+    "long_run": long_run,
+    "planets": planets,
+    "linear_systems": linear_systems,
+    "hard_cases": hard_cases,
     "memory": memory,
     "long_states": long_states,
     "stiff": stiff,
     "switches": switches,
     "tolerance": tolerance,
     "dae": dae,
+    "many_daes": many_daes,
     "hybrid": hybrid,
     "which_method": which_method,
     "corpus": corpus,
@@ -57,6 +67,7 @@ GROUPS = {
 
 
 WIDEST = 120  # characters of a cell
+DIGITS = 6  # of a number in a file
 
 
 def _text(value):
@@ -75,10 +86,19 @@ def show(rows):
         print("  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip())
 
 
+def rounded(found):
+    """A record whose numbers have no more digits than a measurement."""
+    if isinstance(found, dict):
+        return {name: rounded(value) for name, value in found.items()}
+    if isinstance(found, list | tuple):
+        return [rounded(value) for value in found]
+    return float(f"{found:.{DIGITS}g}") if isinstance(found, float) else found
+
+
 def keep(record, path):
     """Write what there is to the file, if there is one."""
     if path is not None:
-        path.write_text(json.dumps(record, indent=1) + "\n")
+        path.write_text(json.dumps(rounded(record), indent=1) + "\n")
 
 
 def main():

@@ -2,9 +2,11 @@
 
 import os
 import pathlib
+import runpy
 import shutil
 
 import fastdyn
+from fastdyn.problem.options.table import ALL_OPTIONS
 
 project = "fastdyn"
 author = "The fastdyn developers"
@@ -13,6 +15,7 @@ release = version = fastdyn.__version__
 extensions = [
     "myst_nb",
     "numpydoc",
+    "sphinx-mathjax-offline",  # formulas are set where there is no network, too
     "sphinx.ext.autodoc",
     "sphinx_copybutton",
     "sphinx_design",
@@ -34,6 +37,10 @@ HERE = pathlib.Path(__file__).parent
 shutil.rmtree(HERE / "notebooks", ignore_errors=True)
 shutil.copytree(HERE.parent / "notebooks", HERE / "notebooks")  # Sphinx reads its own folder only
 nb_execution_mode = "force"
+notebooks = runpy.run_path(str(HERE.parent / ".ci" / "notebooks.py"))
+nb_execution_excludepatterns = [  # shown as stored, where a library is missing
+    path.name for path in notebooks["FOLDER"].glob("*.ipynb") if not notebooks["runnable"](path)
+]
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_merge_streams = True
@@ -47,7 +54,7 @@ autodoc_preserve_defaults = True
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 
-html_sidebars = {"index": [], "benchmarks": [], "coming_from/ten_tasks": []}
+html_sidebars = {"index": [], "benchmarks": [], "six_tasks": []}
 html_theme = "pydata_sphinx_theme"
 html_title = "fastdyn"
 html_static_path, html_css_files = ["_static"], ["fastdyn.css"]
@@ -59,3 +66,15 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": [],
 }
+
+
+def setup(app):
+    """Put each option into the index, so that a search for an option leads to its entry first."""
+
+    def indexed(app, what, name, obj, options, lines):
+        if name == "fastdyn.solve_ivp":
+            entries = [f"   ! single: {one.name}" for one in ALL_OPTIONS]
+            lines[:0] = [".. index::", *entries, ""]
+
+    app.connect("autodoc-process-docstring", indexed)
+    app.extensions["sphinx-mathjax-offline"].parallel_read_safe = True  # copies files, reads none

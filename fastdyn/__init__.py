@@ -12,7 +12,7 @@ if not os.path.isdir(os.path.join(__path__[0], "kernels")):  # in the folder of 
 
 from fastdyn.compile.sentences import CompileWarning
 from fastdyn.kernels.algebra.constrained import constrained
-from fastdyn.kernels.algebra.linear import SingularMatrixError
+from fastdyn.kernels.algebra.linear import SingularMatrixError, solve_linear
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem.schedules import at, every
 from fastdyn.run.dense_output import OdeSolution
@@ -23,10 +23,12 @@ from fastdyn.solve.ivp import solve_ivp
 
 if TYPE_CHECKING:
     from fastdyn import analysis, systems
+    from fastdyn.dae.ensemble.solve import solve_dae_ensemble
     from fastdyn.dae.solve import solve_dae
     from fastdyn.drift.energy import energy_drift
     from fastdyn.ensemble.solve import solve_ensemble
     from fastdyn.fitting import Fit, Free, Record, fit
+    from fastdyn.solve.boundary.solve import solve_bvp
     from fastdyn.solve.phases import Phase, solve_phases
     from fastdyn.solve.prepare import prepare
     from fastdyn.solve.stepper import Stepper
@@ -40,12 +42,14 @@ _LAZY = {  # name: module, imported when the name is first asked for
     "energy_drift": "fastdyn.drift.energy",
     "fit": "fastdyn.fitting",
     "prepare": "fastdyn.solve.prepare",
+    "solve_bvp": "fastdyn.solve.boundary.solve",
     "solve_dae": "fastdyn.dae.solve",
+    "solve_dae_ensemble": "fastdyn.dae.ensemble.solve",
     "solve_ensemble": "fastdyn.ensemble.solve",
     "solve_phases": "fastdyn.solve.phases",
 }
 _FOLDERS = (  # with public names of their own, imported when they are first asked for
-    "analysis", "dae", "derive", "drift", "ensemble", "linear_solvers", "matlab", "systems",
+    "analysis", "dae", "derive", "drift", "ensemble", "matlab", "planets", "systems",
 )  # fmt: skip
 _MOVED = {  # deprecated since 0.1.0: name: the folder that has the name now
     "Fold": "ensemble",
@@ -54,7 +58,6 @@ _MOVED = {  # deprecated since 0.1.0: name: the folder that has the name now
     "Trajectories": "ensemble",
     "compare_drift": "drift",
     "reduce_index": "dae",
-    "solve_linear": "linear_solvers",
     "solve_second_order": "solve",
     "solve_separable": "solve",
     "time_transformed": "solve",
@@ -63,8 +66,9 @@ _MOVED = {  # deprecated since 0.1.0: name: the folder that has the name now
 __all__ = [
     "METHODS", "CompileWarning", "Fit", "Free", "OdeResult", "OdeSolution", "Phase", "Record",
     "SingularMatrixError", "Stepper", "StiffnessWarning", "SwitchingWarning", "__version__",
-    "analysis", "at", "constrained", "energy_drift", "every", "fit", "prepare", "solve_dae",
-    "solve_ensemble", "solve_ivp", "solve_phases", "systems",
+    "analysis", "at", "constrained", "energy_drift", "every", "fit", "prepare", "solve_bvp",
+    "solve_dae", "solve_dae_ensemble", "solve_ensemble", "solve_ivp", "solve_linear",
+    "solve_phases", "systems",
 ]  # fmt: skip
 
 
@@ -81,7 +85,18 @@ def __getattr__(name):
             stacklevel=2,
         )
         return getattr(importlib.import_module(folder), name)
-    raise AttributeError(f"module 'fastdyn' has no attribute {name!r}")
+    raise AttributeError(f"module 'fastdyn' has no attribute {name!r}{_meant(name)}")
+
+
+def _meant(name):
+    """A proposal for a name that is not here; none for those of Python's machinery."""
+    from fastdyn.words.near import did_you_mean
+
+    elsewhere = {"odeint": "solve_ivp", "ode": "Stepper", "Ensemble": "solve_ensemble"}
+    elsewhere |= dict.fromkeys(("ode45", "ode23", "ode15s", "odeset", "deval"), "matlab")
+    near = elsewhere.get(name)
+    said = f"did you mean `{near}`?" if near else name[0] != "_" and did_you_mean(name, __dir__())
+    return f"; {said}" if said else ""
 
 
 def __dir__():

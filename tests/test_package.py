@@ -50,13 +50,17 @@ def test_the_lowest_python_is_the_first_that_is_named():
     assert named[0] == PROJECT["requires-python"].removeprefix(">=")
 
 
-def test_the_version_is_in_one_place():
+def test_the_version_of_the_package_is_that_of_all_files():
     import fastdyn
 
     assert importlib.metadata.version("fastdyn") == fastdyn.__version__
     files = [*(ROOT / "fastdyn").rglob("*.py"), *(ROOT / ".ci").iterdir(), ROOT / "pyproject.toml"]
     named = {path.name for path in files if f'"{fastdyn.__version__}"' in path.read_text("utf-8")}
-    assert named == {"__init__.py"} and "version" not in text("CITATION.cff").replace("cff-ver", "")
+    assert named == {"__init__.py"}
+    assert (
+        re.search(r"^version: (\S+)$", text("CITATION.cff"), re.MULTILINE)[1] == fastdyn.__version__
+    )
+    assert re.search(r"^date-released: \d{4}-\d\d-\d\d$", text("CITATION.cff"), re.MULTILINE)
     assert re.search(r"^## (\S+) \(", text("CHANGELOG.md"), re.MULTILINE)[1] == fastdyn.__version__
 
 

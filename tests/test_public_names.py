@@ -1,6 +1,7 @@
 """The names at the top of fastdyn, those of its topics, and those that moved."""
 
 import importlib
+import inspect
 import pathlib
 import pickle
 import subprocess
@@ -12,7 +13,7 @@ import pytest
 import fastdyn
 
 API = pathlib.Path(__file__).parents[1] / "docs" / "api"
-TOPICS = ("dae", "drift", "ensemble", "linear_solvers", "solve")
+TOPICS = ("analysis", "dae", "drift", "ensemble", "matlab", "planets", "solve")
 
 
 def test_each_public_name_is_in_the_reference():
@@ -52,3 +53,13 @@ def test_importing_fastdyn_imports_no_topic():
     assert done.stdout.strip() == "[]", done.stderr
     with pytest.raises(AttributeError, match="no attribute 'solve_ipv'"):
         _ = fastdyn.solve_ipv
+
+
+def test_signatures_and_methods_are_shown_in_words():
+    text = str(inspect.signature(fastdyn.solve_ivp))
+    assert text.startswith("(fun: 'Function', t_span: 'TimeSpan', y0: 'State'")
+    for name in fastdyn.__all__:
+        found = getattr(fastdyn, name)
+        if inspect.isfunction(found):
+            assert "types." not in str(inspect.signature(found)), name
+    assert repr(fastdyn.METHODS["RK45"]) == "<RK45: order 5, 6 stages, adaptive steps>"

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from fastdyn.linear_solvers import solve_linear
+from fastdyn import solve_linear
 from fastdyn.systems import SYSTEMS
 
 from . import equations

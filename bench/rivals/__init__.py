@@ -21,6 +21,9 @@ A module here has one or more of:
 ``orbits(orbit)``
     ``{name: make}``; ``make()`` puts a satellite at its start and returns ``go(t)``, which carries
     it on to t and returns [x, y, vx, vy].
+``planets(times)``
+    ``{name: make}``; ``make()`` returns ``(go, most)``: ``go(y0)`` follows the outer planets and
+    returns its time in s, the states at `times` and the number of steps; most starts to be tried.
 ``FIRST_CALL``
     ``{name: (imports, body)}``, the text of a script: `body` defines ``solve()`` for the numbers
     ``{k}`` and ``{power}``, fastdyn's by ``{method}``.
@@ -79,6 +82,11 @@ def hybrid(given):
 def orbits(orbit):
     """{name: make} of everything that is installed and follows an orbit for long."""
     return _joined("orbits", orbit)
+
+
+def planets(times):
+    """{name: make} of everything that is installed and follows the outer planets for long."""
+    return _joined("planets", times)
 
 
 def first_calls():

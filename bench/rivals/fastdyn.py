@@ -1,13 +1,15 @@
 """fastdyn itself, through its public calls; the methods are those it has."""
 
 import functools
+import time
 
 import numpy as np
 
 import fastdyn
 from fastdyn.kernels.methods import COMPLEX, METHODS
+from fastdyn.planets import Planets
 
-from ..problems import compiled
+from ..problems import compiled, outer_planets
 from . import MANY_ATOL, MANY_RTOL
 from .scipy import end_of
 
@@ -167,3 +169,42 @@ def _on_the_ground(t, y, d):
 
 
 vars(_on_the_ground)["direction"] = -1
+
+
+TAYLOR_RTOL = 2.3e-16
+
+
+WISDOM_HOLMAN_DAYS, WISDOM_HOLMAN_STARTS = (40, 60, 100), 8  # days in a step
+
+
+def planets(times):
+    """Taylor at its smallest tolerance, outputs by its series; WisdomHolman at several steps."""
+    found = {
+        f"fastdyn WisdomHolman, {days} days": functools.partial(_splitting, times, days)
+        for days in WISDOM_HOLMAN_DAYS
+    }
+    return {"fastdyn Taylor": functools.partial(_series, times)} | found
+
+
+def _series(times):
+    run = fastdyn.prepare(
+        outer_planets.fun, (0.0, times[-1]), outer_planets.start(0), "Taylor",
+        rtol=TAYLOR_RTOL, atol=TAYLOR_RTOL, t_eval=times,
+    )  # fmt: skip
+
+    def go(y0):
+        begun = time.perf_counter()
+        found = run(y0)
+        return time.perf_counter() - begun, found.y.T, found.n_accepted
+
+    return go, 10**9
+
+
+def _splitting(times, days):
+    def go(y0):
+        begun = time.perf_counter()
+        planets = Planets(outer_planets.MASSES, *y0.reshape(2, -1, 3), outer_planets.G)
+        found = planets.solve((0.0, times[-1]), step=days / outer_planets.YEAR, t_eval=times)
+        return time.perf_counter() - begun, found.y.T, found.n_accepted
+
+    return go, WISDOM_HOLMAN_STARTS

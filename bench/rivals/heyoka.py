@@ -1,11 +1,12 @@
 """heyoka: Taylor's method, compiled for the formulas and for the tolerance."""
 
 import functools
+import time
 
 import heyoka as hy
 import numpy as np
 
-from ..problems import equations
+from ..problems import equations, outer_planets
 from . import MANY_RTOL, MAX_STEPS
 
 FIRST = """
@@ -109,6 +110,32 @@ def orbits(orbit):
         return go
 
     return {"heyoka high_accuracy": make}
+
+
+PLANETS = {"heyoka high_accuracy": {"high_accuracy": True}, "heyoka": {}}
+PLANET_STARTS = 8  # of 15 s each
+
+
+def planets(times):
+    """Its own model of bodies, with and without compensated sums, at the default tolerance."""
+    return {name: functools.partial(_planets, times, made) for name, made in PLANETS.items()}
+
+
+def _planets(times, options):
+    n, grid = outer_planets.N, np.append(0.0, times)
+    model = hy.model.nbody(n, masses=list(outer_planets.MASSES), Gconst=outer_planets.G)
+    run = hy.taylor_adaptive(model, np.zeros(6 * n), **options)
+
+    def go(y0):
+        run.time = 0.0
+        run.state[:] = y0.reshape(2, n, 3).swapaxes(0, 1).ravel()  # body by body
+        begun = time.perf_counter()
+        *_, n_steps, _, states = run.propagate_grid(grid)
+        spent = time.perf_counter() - begun
+        pairs = states[1:].reshape(-1, n, 2, 3).swapaxes(1, 2)
+        return spent, pairs.reshape(len(times), -1), n_steps
+
+    return go, PLANET_STARTS
 
 
 def hybrid(given):

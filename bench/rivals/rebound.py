@@ -1,11 +1,12 @@
 """REBOUND, for bodies that attract one another: IAS15 and Gragg-Bulirsch-Stoer."""
 
 import functools
+import time
 
 import numpy as np
 import rebound
 
-from ..problems import equations
+from ..problems import equations, outer_planets
 from . import LEAPFROG_STEPS
 
 WHFAST_STEPS = 10  # an orbit: what the steps leave is rounding
@@ -134,3 +135,51 @@ def _start_whfast(orbit):
         return _state(sim)
 
     return go
+
+
+PLANET_STARTS = {"REBOUND IAS15": 2, "REBOUND WHFast, corrector 17": 8}  # a minute each; 15 s
+WHFAST_YEARS = 0.25  # a step: a 47th of Jupiter's period
+LAZY_DAYS = (40, 100)  # in a step
+
+
+def planets(times):
+    """IAS15, and WHFast with its corrector of order 17: states at the steps next to the times.
+
+    WHFast's kernel "lazy" is of order 4 in the step for errors of second order in the masses.
+    """
+    chosen = [*zip(PLANET_STARTS.items(), (_long_ias15, _long_whfast), strict=True)]
+    for days in LAZY_DAYS:
+        name = f"REBOUND WHFast, corrector 17, lazy, {days} days"
+        chosen.append(((name, 2), functools.partial(_lazy, days)))
+    return {name: functools.partial(_planets, times, *how, most) for (name, most), *how in chosen}
+
+
+def _long_ias15(sim):
+    sim.integrator = "ias15"
+
+
+def _long_whfast(sim):
+    sim.integrator = "whfast"
+    sim.integrator.safe_mode, sim.integrator.corrector, sim.dt = 0, 17, WHFAST_YEARS
+
+
+def _lazy(days, sim):
+    _long_whfast(sim)
+    sim.integrator.kernel, sim.dt = "lazy", days / outer_planets.YEAR
+
+
+def _planets(times, choose, most):
+    def go(y0):
+        sim = _simulation(outer_planets.MASSES, *y0.reshape(2, -1, 3), 0.0)
+        sim.G = outer_planets.G
+        choose(sim)
+        states = np.empty((len(times), 2, outer_planets.N, 3))
+        begun = time.perf_counter()
+        for t, (q, v) in zip(times, states, strict=True):
+            sim.integrate(t, exact_finish_time=0)
+            sim.synchronize()
+            sim.serialize_particle_data(xyz=q, vxvyvz=v)
+        spent = time.perf_counter() - begun
+        return spent, states.reshape(len(times), -1), sim.steps_done
+
+    return go, most

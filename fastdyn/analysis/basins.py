@@ -7,6 +7,8 @@ import numpy as np
 
 from fastdyn.ensemble.solve import solve_ensemble
 from fastdyn.plot.displayed import Displayed
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from .attractors import APART, UNDECIDED, attraction, clusters, described, drifting, fitted, grown
 from .equations import Equations, box_of, count, equations_of, positive, shared
@@ -97,7 +99,7 @@ class Basin(Displayed):
         Parameters
         ----------
         **options
-            Options of ``matplotlib.pyplot.figure``.
+            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
 
         Returns
         -------
@@ -108,6 +110,7 @@ class Basin(Displayed):
         return basin(self, **options)
 
 
+@shown_when_wrong(at=kinds.numbers, components=kinds.several, attractors=kinds.numbers)
 def basin(
     fun, box, args=(), at=None, components=(0, 1), n=200, t_end=100.0, window=None,
     attractors=None, near=None, **options,
@@ -161,7 +164,7 @@ def basin(
     equations, region = equations_of(fun, args), box_of(box, 2)
     state = _rest(equations, at)
     i, j = _pair(components, len(state))
-    sides = [n, n] if isinstance(n, int) else list(n)
+    sides = list(n) if np.iterable(n) and not isinstance(n, str) else [n, n]
     x, y = (
         np.linspace(low, high, count(side, "n", 2))
         for (low, high), side in zip(region, sides, strict=True)

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.plot.displayed import Displayed
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from .equations import NotConvergedError, count, positive
 from .orbit import PeriodicOrbit, orbit_at
@@ -267,7 +269,7 @@ class Branch(Displayed):
         component : int or name
             The component of the state.
         **options
-            Options of ``matplotlib.pyplot.figure``.
+            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
 
         Returns
         -------
@@ -278,6 +280,7 @@ class Branch(Displayed):
         return branch(self, component, **options)
 
 
+@shown_when_wrong(end=kinds.number, largest=kinds.number)
 def continuation(orbit, parameter, end, period=None, step=None, n_orbits=200, largest=2.5):
     """Follow a periodic orbit over a parameter, around folds.
 

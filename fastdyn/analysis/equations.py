@@ -11,6 +11,7 @@ from fastdyn.compile.compare import called
 from fastdyn.compile.derivatives.compare import compare_jacobian
 from fastdyn.compile.derivatives.jacobian import jacobian
 from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.python_callback import called_with, explained
 from fastdyn.compile.traced.known import why
 from fastdyn.compile.traced.make import Near
 from fastdyn.ensemble.labels import argument_labels, argument_names, component_labels
@@ -86,8 +87,8 @@ class Equations(NamedTuple):
         """f(t, y) in Python, refused if its length is not that of y."""
         try:
             found = np.asarray(self.fun(t, y.copy(), *self.args), float)
-        except (IndexError, TypeError, ValueError) as error:
-            error.add_note(f"`fun` was called with a state of {len(y)} numbers.")
+        except Exception as error:
+            explained(error, called_with(self.fun, self.args), "fun", t, y)
             raise
         if found.shape != y.shape:
             raise ValueError(

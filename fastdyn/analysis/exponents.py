@@ -14,10 +14,11 @@ from fastdyn.plot.displayed import Displayed
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.second_order_and_pairs import mode_for
-from fastdyn.problem.sensitivities import check_method, directions_of, with_sensitivities
+from fastdyn.problem.sensitivities import NEEDS, check_method, directions_of, with_sensitivities
 from fastdyn.run.outcome import result_of
 from fastdyn.run.solve_problem import run_of
-from fastdyn.solve.sensitivities import NEEDS
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from .equations import Equations, NotConvergedError, equations_of, positive, state_of
 from .flow import METHOD, Flow, OverUnit, options_of
@@ -99,7 +100,7 @@ class Exponents(Displayed):
         Parameters
         ----------
         **options
-            Options of ``matplotlib.pyplot.figure``.
+            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
 
         Returns
         -------
@@ -110,6 +111,7 @@ class Exponents(Displayed):
         return exponents(self, **options)
 
 
+@shown_when_wrong(transient=kinds.number, interval=kinds.number, method=kinds.method)
 def lyapunov(
     fun, y0=None, args=(), t_end=1000.0, transient=None, interval=None, method=METHOD, **options
 ):

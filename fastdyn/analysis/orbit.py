@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot.displayed import Displayed
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from .equations import Equations, NotConvergedError, equations_of, positive, state_of
 from .flow import METHOD, Flow, options_of
@@ -88,7 +90,7 @@ class PeriodicOrbit(Displayed):
         components : pair of int or name
             The two components of the state that span the plane.
         **options
-            Options of ``matplotlib.pyplot.figure``.
+            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
 
         Returns
         -------
@@ -99,6 +101,7 @@ class PeriodicOrbit(Displayed):
         return figure(self, components, **options)
 
 
+@shown_when_wrong(t0=kinds.number, period=kinds.number, transient=kinds.number, method=kinds.method)
 def periodic_orbit(
     fun, y0=None, period=None, args=(), t0=0.0, transient=0.0, method=METHOD, **options
 ):

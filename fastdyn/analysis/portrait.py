@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot.displayed import Displayed
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from .equations import Equations, NotConvergedError, box_of, count, equations_of
 from .orbit import PeriodicOrbit, periodic_orbit
@@ -72,7 +74,7 @@ class Portrait(Displayed):
         nullclines : bool
             Whether to draw the nullclines.
         **options
-            Options of ``matplotlib.pyplot.figure``.
+            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
 
         Returns
         -------
@@ -83,6 +85,7 @@ class Portrait(Displayed):
         return figure(self, nullclines, **options)
 
 
+@shown_when_wrong(t=kinds.number, starts=kinds.array, n_starts=kinds.whole)
 def phase_portrait(fun, box, args=(), t=0.0, starts=None, n_starts=400, **options):
     """The phase portrait of two equations that do not depend on the time.
 

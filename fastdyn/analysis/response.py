@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.plot.displayed import Displayed
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from .equations import Equations, NotConvergedError, count, equations_of, state_of
 from .flow import METHOD, Flow, options_of
@@ -114,7 +116,7 @@ class Response(Displayed):
         components : name, int or sequence of them, optional
             By default the first half of the state, which mostly has the positions.
         **options
-            Options of ``matplotlib.pyplot.figure``.
+            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
 
         Returns
         -------
@@ -125,6 +127,7 @@ class Response(Displayed):
         return response(self, components, **options)
 
 
+@shown_when_wrong(frequencies=kinds.numbers, transient=kinds.number, method=kinds.method)
 def frequency_response(
     fun, frequencies, parameter="omega", args=(), y0=None, sweep="both", transient=50,
     reference="cos", method=METHOD, **options,
@@ -180,13 +183,13 @@ def frequency_response(
     >>> frequency_response(duffing, np.linspace(0.5, 2.5, 101), args=(1.0,), y0=[0, 0]).plot()
     """
     equations, omegas = equations_of(fun, args), _checked(frequencies)
-    y, j = state_of(equations, y0), equations.parameter(parameter)
-    equations.number(j)
     if sweep not in ("both", "up", "down"):
         raise ValueError(f"`sweep` must be both, up or down; got {sweep!r}.")
-    if reference not in REFERENCES:
+    if reference not in [*REFERENCES]:
         raise ValueError(f"`reference` must be cos or sin; got {reference!r}.")
     transient = count(transient, "transient", 0)
+    y, j = state_of(equations, y0), equations.parameter(parameter)
+    equations.number(j)
     for omega in (omegas[0], omegas[-1]):
         here = equations.replaced(j, omega)
         if here.differentiated(0.0, y).autonomous:

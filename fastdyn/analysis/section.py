@@ -7,6 +7,8 @@ import numpy as np
 
 from fastdyn.plot.displayed import Displayed
 from fastdyn.solve.ivp import solve_ivp
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from .equations import Equations, count, equations_of, positive, state_of
 from .flow import METHOD, options_of
@@ -68,7 +70,7 @@ class Section(Displayed):
         angles : name or int, or sequence of them
             Components that are drawn between -pi and pi.
         **options
-            Options of ``matplotlib.pyplot.figure``.
+            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
 
         Returns
         -------
@@ -79,6 +81,7 @@ class Section(Displayed):
         return section(self, components, angles, **options)
 
 
+@shown_when_wrong(y0=kinds.array, direction=kinds.number)
 def poincare(
     fun, y0=None, section=None, period=None, args=(), n_points=1000, n_skipped=0, direction=None,
     **options,

@@ -1,6 +1,7 @@
 """The command ``fastdyn check``: compares a student's worksheet with the exercises."""
 
 import inspect
+from pathlib import Path
 
 from . import checks
 
@@ -19,6 +20,9 @@ def run(options):
     from fastdyn.course.exercises.check import check
     from fastdyn.course.exercises.sheet import exercises_of
 
+    for path in filter(None, (options.worksheet, options.exercises)):
+        if not Path(path).is_file():
+            raise ValueError(checks.no_file(path))
     if options.worksheet is None:
         for one in exercises_of(options.exercises).values():
             print("\n".join(_lines(one, options.solutions)))

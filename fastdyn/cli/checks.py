@@ -7,14 +7,15 @@ import argparse
 import importlib.util
 import math
 import os
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fastdyn.plot.needed import needed
-from fastdyn.problem.options.near import did_you_mean
 from fastdyn.systems.base.units import in_unit
+from fastdyn.words.near import did_you_mean
 
 FIGURES, MOVING, TABLES = (".png", ".pdf", ".svg"), (".gif", ".html", ".mp4"), (".csv", ".txt")
 FEWEST_POINTS, MOST_POINTS = 2, 10**7  # ends of a run; 80 MB for each column of a table
@@ -25,7 +26,9 @@ def number(text):
     try:
         value = float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number.") from None
+        comma = re.fullmatch(r"\s*[-+]?\d+,\d+\s*", text)
+        said = f": a decimal number has a point, {text.replace(',', '.')}." if comma else "."
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number{said}") from None
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"must be a finite number; got {text}.")
     return value
@@ -141,9 +144,10 @@ def state(system):
         values = [number(word) for word in text.split(",")]
         names = ",".join(one.name for one in system.states)
         if len(values) != len(system.states):
+            commas = "; decimal numbers have points" * (len(values) == 2 * len(system.states))
             raise argparse.ArgumentTypeError(
                 f"the {system.name} starts from {len(system.states)} numbers, {names}; got "
-                f"{len(values)}."
+                f"{len(values)}{commas}."
             )
         return values
 
@@ -183,10 +187,18 @@ def chosen_function(name, known):
     return check
 
 
+def no_file(path):
+    """The sentence about a file that is not there, with one of its folder that may be meant."""
+    folder = Path(path).parent
+    others = [each.name for each in folder.iterdir()] if folder.is_dir() else []
+    said = did_you_mean(Path(path).name, others, form="{}")
+    return f"there is no file {str(path)!r}{f'; {said}' if said else '.'}"
+
+
 def function_in_file(path, name):
     """The function that a Python file defines by a name, which may have dots in it."""
     if not path.is_file():
-        raise argparse.ArgumentTypeError(f"there is no file {str(path)!r}.")
+        raise argparse.ArgumentTypeError(no_file(path))
     spec = importlib.util.spec_from_file_location(path.stem, path)
     if spec is None or spec.loader is None:
         raise argparse.ArgumentTypeError(f"{str(path)!r} is no Python file.")
@@ -199,7 +211,11 @@ def function_in_file(path, name):
     for word in name.split("."):
         function = getattr(function, word, None)
     if not callable(function):
-        raise argparse.ArgumentTypeError(f"{str(path)!r} defines no function {name!r}.")
+        there = [each for each, value in vars(module).items() if callable(value)]
+        said = did_you_mean(name, there, form="{}")
+        raise argparse.ArgumentTypeError(
+            f"{str(path)!r} defines no function {name!r}{f'; {said}' if said else '.'}"
+        )
     return function
 
 

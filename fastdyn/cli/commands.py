@@ -3,8 +3,6 @@
 import dataclasses
 import sys
 
-import numpy as np
-
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem.options.table import OPTIONS, exact
 
@@ -35,8 +33,8 @@ def worksheet(options):
 
 def _known(names):
     """Names of systems, refused if there is none of a name."""
-    from fastdyn.problem.options.near import did_you_mean
     from fastdyn.systems import SYSTEMS
+    from fastdyn.words.near import did_you_mean
 
     unknown = [name for name in names if name not in SYSTEMS]
     if unknown:
@@ -101,32 +99,17 @@ def solver_options(options):
     return chosen
 
 
-def write_csv(path, columns):
-    """Write columns by name, the place of a number that is none empty."""
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(",".join(columns) + "\n")
-        for row in zip(*columns.values(), strict=True):
-            cells = (f"{value:.17g}" if np.isfinite(value) else "" for value in row)
-            file.write(",".join(cells) + "\n")
-
-
 def drift(options):
-    from fastdyn.drift.compare import Comparison, compare_drift
-    from fastdyn.drift.energy import energy_drift
+    from fastdyn.drift.compare import compare_drift
 
     system = options.system(**field_values(options))
+    names = (
+        "step", "steps_per_period", "rtol", "atol", "periods", "t_end", "n_steps", "evaluations",
+        "seconds", "checkpoint",
+    )  # fmt: skip
+    chosen = options_given(options, names)
     show = {"samples": options.samples, "progress": sys.stderr.isatty()}
-    if options.evaluations or options.seconds:
-        work = {name: getattr(options, name) for name in ("evaluations", "seconds", "periods")}
-        studies = compare_drift(system, options.methods, **work, **show)
-    else:
-        names = ("step", "steps_per_period", "rtol", "atol", "periods", "t_end", "n_steps")
-        chosen = options_given(options, (*names, "checkpoint"))
-        if "checkpoint" in chosen and len(options.methods) > 1:
-            raise ValueError("`--checkpoint` is the file of one method; give one.")
-        studies = Comparison(
-            {name: energy_drift(system, name, **chosen, **show) for name in options.methods}
-        )
+    studies = compare_drift(system, options.methods, **chosen, **show)
     print(f"{system}:")
     print(studies)
     if options.plot:

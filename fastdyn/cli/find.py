@@ -2,8 +2,12 @@
 
 import inspect
 import runpy
+from pathlib import Path
 
 from fastdyn.explore.page_names import PAGES
+from fastdyn.words.near import did_you_mean
+
+from . import checks
 
 
 def systems(arguments):
@@ -13,7 +17,7 @@ def systems(arguments):
     if len(arguments) < 2 or arguments[0] not in ("run", "drift", "sweep"):
         return SYSTEMS
     word = arguments[1]
-    if word.endswith(".py"):
+    if word.endswith(".py") or ".py:" in word:
         return SYSTEMS | {word: in_file(word)}
     if word in PAGES and word not in SYSTEMS:
         return SYSTEMS | {word: derived(word)}
@@ -33,9 +37,11 @@ def in_file(word):
 
     path, _, name = word.partition(".py:")
     path = path if not name else f"{path}.py"
+    if not Path(path).is_file():
+        raise ValueError(checks.no_file(path))
     made = runpy.run_path(path)
     if name and name not in made:
-        raise ValueError(f"{path} has no `{name}`.")
+        raise ValueError(f"{path} has no `{name}`; {did_you_mean(name, made)}".rstrip("; "))
     made = [made[name]] if name else list(made.values())
     classes = [one for one in made if inspect.isclass(one) and issubclass(one, System)]
     found = {one.name: one for one in classes if hasattr(one, "rhs")}

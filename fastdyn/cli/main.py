@@ -9,9 +9,9 @@ import warnings
 from typing import NoReturn
 
 from fastdyn import __version__
-from fastdyn.problem.options.near import did_you_mean
+from fastdyn.words.near import did_you_mean
 
-from . import check, checks, commands, explore, find, run, sweep, why
+from . import beforehand, check, checks, commands, explore, find, run, sweep, why
 
 
 def main(arguments=None):
@@ -64,6 +64,9 @@ def _status(words):
             return options.command(options)
     except BrokenPipeError:
         raise
+    except FileNotFoundError as error:
+        print(f"fastdyn: {checks.no_file(error.filename or str(error))}", file=sys.stderr)
+        return 2
     except (TypeError, ValueError, ArithmeticError, OSError, ImportError) as error:
         print(f"fastdyn: {error}", file=sys.stderr)
         return 2
@@ -79,6 +82,16 @@ def _in_a_sentence(message, category, filename, lineno, file=None, line=None):
 
 class Parser(argparse.ArgumentParser):
     """A parser whose errors name the word that may be meant."""
+
+    def parse_known_args(self, args=None, namespace=None):  # pyright: ignore
+        """Refuse an option here, by the parser that knows which there are."""
+        found, rest = super().parse_known_args(args, namespace)
+        wrong = [word.partition("=")[0] for word in rest if word.startswith("--")]
+        if wrong:
+            known = [name for name in self._option_string_actions if name.startswith("--")]
+            said = did_you_mean(wrong[0], known, form="{}") or f"there are {', '.join(known)}."
+            self.error(f"there is no {wrong[0]}; {said}")
+        return found, rest
 
     def error(self, message) -> NoReturn:
         """Print a sentence and leave, as argparse does."""
@@ -129,6 +142,10 @@ def _parser(systems):
     why.add_options(way)
     way.set_defaults(command=why.run)
 
+    ahead = _word(words, "compile", "make the kernels of methods before a solve needs them")
+    beforehand.add_options(ahead)
+    ahead.set_defaults(command=beforehand.run)
+
     drift = _word(words, "drift", "follow the invariants of a system for long")
     known = {name: system for name, system in systems.items() if system.invariants}
     _add_systems(drift, commands.drift, _add_drift_options, known)
@@ -141,6 +158,11 @@ def _parser(systems):
 
 def _add_systems(parser, command, add_options, systems):
     """Teach the parser of a command the systems, each with options of its own."""
+    derived = ", ".join(name for name in find.PAGES if name not in systems)
+    parser.epilog = (
+        "SYSTEM may also be FILE.py or FILE.py:NAME, a file that makes a System or a Model, or one "
+        f"of the pages of fastdyn.derive: {derived}."
+    )
     words = parser.add_subparsers(required=True, metavar="SYSTEM")
     for name, system in systems.items():
         title = system.title

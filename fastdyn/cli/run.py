@@ -2,10 +2,12 @@
 
 import math
 import sys
+from pathlib import Path
 
 import numpy as np
 
 from fastdyn.systems.base.units import with_degrees
+from fastdyn.words.numbers import table
 
 from . import checks, commands
 
@@ -64,7 +66,8 @@ def run(options):
         states = [state.name for state in system.states]
         columns = dict(zip(states, system.columns(result.y), strict=True))
         along = result.invariants() | result.residuals() | result.quantities()
-        commands.write_csv(options.csv, {"t": result.t} | columns | along)
+        text = table({"t": result.t} | columns | along, grid=["t"])
+        Path(options.csv).write_text(text, encoding="utf-8")
     if options.plot:
         from fastdyn import plot
 
@@ -110,10 +113,11 @@ def _report(system, start, result, method, names):
     for name, values in result.quantities().items():
         _tell_quantity(name, values, result.system.quantities[name].unit)
     for name, values in result.invariants().items():
-        change = values[-1] - values[0]
-        print(f"  {name.replace('_', ' ')} has changed by {change:.3g}")
+        change = f"{values[-1] - values[0]:.3g} {system.invariants[name].unit}"
+        print(f"  {name.replace('_', ' ')} has changed by {change.rstrip()}")
     for name, values in result.residuals().items():
-        print(f"  {name.replace('_', ' ')} is off by {abs(values).max():.3g} at most")
+        off = f"{abs(values).max():.3g} {system.constraints[name].unit}"
+        print(f"  {name.replace('_', ' ')} is off by {off.rstrip()} at most")
 
 
 def _tell_quantity(name, values, unit):

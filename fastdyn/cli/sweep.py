@@ -3,10 +3,12 @@
 import dataclasses
 import math
 import time
+from pathlib import Path
 
 import numpy as np
 
 from fastdyn.ensemble.reductions import NAMES
+from fastdyn.words.numbers import table
 
 from . import checks, commands
 
@@ -65,7 +67,7 @@ def run(options):
         for reduced in result.reduced:
             found = _columns_of(system, result, reduced)
             columns |= {f"{reduced} {name}": column for (name, _), column in found.items()}
-        commands.write_csv(options.csv, columns)
+        Path(options.csv).write_text(table(columns, grid=varied), encoding="utf-8")
     return 0 if result.success.all() else 1
 
 

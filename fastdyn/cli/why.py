@@ -2,6 +2,7 @@
 
 import argparse
 import ast
+import contextlib
 import inspect
 import linecache
 import os
@@ -35,7 +36,8 @@ BRANCHES = (ast.If, ast.IfExp, ast.While, ast.BoolOp)
 def add_options(parser):
     """Teach the parser of the command its words."""
     parser.add_argument("function", metavar="FILE:FUNCTION",
-                        help="fun(t, y, *args), in a file; or METHOD, see `--show`")  # fmt: skip
+                        help="fun(t, y, *args), in a file, which is run, but for what stands below "
+                        "`if __name__ == '__main__':`; or METHOD, see `--show`")  # fmt: skip
     parser.add_argument("--t", type=checks.number, default=0.0, metavar="T", help="default 0")
     state = parser.add_mutually_exclusive_group()
     state.add_argument("--y0", type=_numbers, metavar="Y0",
@@ -114,9 +116,20 @@ def _function(text):
     """The function that FILE:FUNCTION names, and its name."""
     path, colon, name = text.rpartition(":")
     if not colon:
-        raise ValueError(f"give FILE:FUNCTION, such as orbit.py:satellite; got {text!r}.")
+        raise ValueError(f"give FILE:FUNCTION, such as {_example(text)}; got {text!r}.")
     sys.path.insert(0, os.path.dirname(os.path.abspath(path)))  # as `python FILE` does
     return _in_a_sentence(checks.function_in_file, Path(path), name), name
+
+
+def _example(text):
+    """FILE:FUNCTION of a file, which is read and not run."""
+    path = Path(text)
+    if path.is_file():
+        with contextlib.suppress(SyntaxError, ValueError):
+            for one in ast.parse(path.read_text(encoding="utf-8")).body:
+                if isinstance(one, ast.FunctionDef):
+                    return f"{text}:{one.name}"
+    return "orbit.py:satellite"
 
 
 def _in_a_sentence(check, *given):

@@ -5,6 +5,7 @@ depends on.  All other symbols are internal, and each file is linked into a name
 the code of two processes cannot be mixed up, whatever names Numba gave the parts.
 """
 
+from .announced import meant_for
 from .cache import COUNTS, Code, assembled, compiled, first_kept, linked, stored, without_function
 from .call import Call
 from .environment import FUNCTIONS, KERNELS
@@ -22,6 +23,7 @@ __all__ = [
     "compiled",
     "first_kept",
     "linked",
+    "meant_for",
     "stored",
     "without_function",
 ]

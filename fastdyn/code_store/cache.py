@@ -16,6 +16,7 @@ import threading
 from typing import Any, NamedTuple
 
 from . import precompiled
+from .announced import announced
 from .call import laid_out
 from .environment import FUNCTIONS, KERNELS, environment
 from .folders import folders
@@ -78,7 +79,7 @@ def compiled(key, build, made_by=FUNCTIONS):
     symbol = _symbol(key, made_by)
     if key is None:
         return _compiled(None, symbol, build)
-    with _compiling, alone(_file(symbol)):  # another process may have made the entry
+    with announced(made_by is KERNELS), _compiling, alone(_file(symbol)):  # or another process
         return stored(key, made_by) or _compiled(key, symbol, build)
 
 
@@ -131,7 +132,7 @@ def without_function(key, build=None, made_by=FUNCTIONS):
     found = _bitcode(symbol)
     if found or build is None:
         return found
-    with _compiling, alone(_file(symbol)):
+    with announced(made_by is KERNELS), _compiling, alone(_file(symbol)):
         found = _bitcode(symbol)
         if found:
             return found

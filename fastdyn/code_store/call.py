@@ -101,21 +101,28 @@ class Call:
         An array of another dtype or number of dimensions, or one that is not C-contiguous.
     """
 
-    __slots__ = ("_at", "_code", "_kernel", "_layout", "_values", "_words")
+    __slots__ = ("_at", "_code", "_kernel", "_layout", "_values", "words")
 
     def __init__(self, code, *values):
         self._code, self._layout = code, code.layout
         self._values = list(values)  # keeps the arrays alive
-        self._words = array("q", _words(self._layout.values(), values))
-        self._at = self._words.buffer_info()[0]
+        self.words = array("q", _words(self._layout.values(), values))
+        self._at = self.words.buffer_info()[0]
         self._kernel: Any = KERNEL(code.address)
 
     def __setitem__(self, name, value):
         argument = self._layout[name]
         if self._values[argument.index] is not value:
             words = array("q", _words((argument,), (value,)))
-            self._words[argument.at : argument.at + len(words)] = words
+            self.words[argument.at : argument.at + len(words)] = words
             self._values[argument.index] = value
+
+    def place(self, name):
+        """The index in `words` of an argument: an address, and behind it the shape of an array.
+
+        Whoever writes there sees to the type of the array, and keeps it alive.
+        """
+        return self._layout[name].at
 
     def __call__(self):
         status = self._kernel(self._at)

@@ -24,7 +24,8 @@ KERNELS = frozenset({"kernels", "specialise", "code_store"})  # the folders that
 # functions: a new folder is safe.  A test sees that these folders make none.
 _WITHOUT = {
     "__pycache__", "analysis", "cli", "course", "dae", "derive", "drift", "ensemble", "explore",
-    "fitting", "matlab", "plot", "problem", "run", "solve", "systems",
+    "fitting", "matlab", "planets", "plot", "problem", "run", "solve", "systems",
+    "words",
 }  # fmt: skip
 FUNCTIONS = KERNELS | {
     folder.name for folder in os.scandir(PACKAGE) if folder.is_dir() and folder.name not in _WITHOUT

@@ -33,21 +33,17 @@ _numbers = itertools.count()  # numbers of libraries, including libraries that d
 _released: deque = deque()  # (linker, name) of libraries that nobody holds
 
 
-def _near_alone():
-    """True on ARM, whose code reaches its data within 4 GB only.
-
-    JITLink puts code and data side by side.  RuntimeDyld, LLVM's older linker, puts code and data
-    anywhere, and ends the process if their distance is too long.
-    """
-    return llvm.get_process_triple().startswith(("aarch64", "arm64"))
-
-
 class _Linker:
-    """A linker of LLVM, and the trackers of its libraries that somebody holds, by name."""
+    """A linker of LLVM, and the trackers of its libraries that somebody holds, by name.
+
+    Code reaches its data within 2 GB only (4 GB on ARM).  JITLink puts code and data side by side.
+    RuntimeDyld, LLVM's older linker, puts code and data anywhere, and ends the process if their
+    distance is too long: in a process with large arrays, where the gaps between them are small.
+    """
 
     def __init__(self):
         initialise()
-        self.llvms, self.left = llvm.create_lljit_compiler(use_jit_link=_near_alone()), PIECES
+        self.llvms, self.left = llvm.create_lljit_compiler(use_jit_link=True), PIECES
         self.trackers: dict = {}
 
 

@@ -17,10 +17,11 @@ _here = threading.local()
 
 class _Warnings(types.ModuleType):
     def __getattr__(self, name):
-        return (_silent if _behind() else real).__dict__[name]
+        return (_silent if is_behind() else real).__dict__[name]
 
 
-def _behind():
+def is_behind():
+    """Whether this thread is the background thread."""
     return getattr(_here, "behind", False)
 
 

@@ -14,6 +14,7 @@ import gc
 import os
 import sys
 import threading
+import time
 from collections import deque
 from typing import Any
 
@@ -32,9 +33,10 @@ _jobs: deque = deque()
 
 
 class _State:
-    """The state of the thread; `thread` is None if the queue is empty."""
+    """The state of the thread, and its clock; `thread` is None if the queue is empty."""
 
     thread: threading.Thread | None = None
+    clock: int | None = None
     stop = False
 
 
@@ -91,6 +93,15 @@ def idle_job(make):
     return None if full else Job(make, True)
 
 
+def seconds():
+    """The processor time of the background thread; None where the system does not tell it."""
+    clock = _state.clock
+    if clock is not None:
+        with contextlib.suppress(OSError):  # the thread has just ended
+            return time.clock_gettime(clock)
+    return None
+
+
 def is_here():
     """Whether the current thread is the background thread."""
     return threading.current_thread() is _state.thread
@@ -125,12 +136,14 @@ def _start():
 def _work():
     quiet.behind()
     CLOCK.check = _look
+    if hasattr(time, "pthread_getcpuclockid"):
+        _state.clock = time.pthread_getcpuclockid(threading.get_ident())
     interval = sys.getswitchinterval()
     sys.setswitchinterval(min(SWITCH, interval))
     while True:
         with _lock:
             if not _jobs or _state.stop:
-                _state.thread = None
+                _state.thread = _state.clock = None
                 sys.setswitchinterval(interval)
                 return
             job = _jobs[0]
@@ -174,7 +187,7 @@ def _in_child():
     for job in _jobs:
         job.end()
     _jobs.clear()
-    _state.thread, _state.stop = None, False
+    _state.thread, _state.clock, _state.stop = None, None, False
 
 
 atexit.register(_at_exit)

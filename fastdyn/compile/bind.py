@@ -24,7 +24,8 @@ from .functions import BASE, Bound, with_callback, with_code
 from .mode import CONSTANT
 from .parameters import pack_all
 from .python_callback import Callback
-from .sentences import FoundLater, GaveUp, warn_once
+from .remembered import warn_if_remembered
+from .sentences import FoundLater, GaveUp, name_of, warn_once
 from .traced.known import facts_of, forget_refusals, known_trace, leave, left_of, place_of, why
 from .traced.make import made, traced_function
 
@@ -72,6 +73,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
     def as_written(t, y):  # `rebind` replaces the content of keepalive
         return keepalive[0](t, y, *keepalive[1])
 
+    as_written.of = keepalive  # pyright: ignore
     try:
         if numpy_errors_are_heard():
             refused = NUMPY_ERRORS
@@ -83,6 +85,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
             place_of(fun, args, mode, n, varying),
             lambda: _code(fun, args, mode, n, near, probe, varying),
             lambda: None if DISABLED else traced_function(fun, args, mode, n, near, varying, False),
+            name_of(fun),
         )
         if late is not None:
             return _in_python(as_written, keepalive, mode, n, account=late)
@@ -96,6 +99,8 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
             fun, args, mode, n, varying
         )  # fmt: skip
         said = functools.partial(warn_once, fun, said or str(reason))
+        if mode.argument == "fun":
+            warn_if_remembered(fun)
         return _in_python(as_written, keepalive, mode, n, said)
     except Exception as error:  # of the function, called by `probe`
         forget_refusals(fun, args, mode, error)

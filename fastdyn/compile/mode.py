@@ -139,15 +139,20 @@ COLUMN = _mode("column", column=True, acts_on_state=True)
 ACCELERATION = _mode("acceleration", second_order=True, in_vectors=True)
 VELOCITY = _mode("velocity", argument="velocity", half=1)
 FORCE = _mode("force", argument="force", half=0)
-EVENT = _mode("event", one_number=True, long_arrays=True, notes_sides=True, by_numba=True)
+EVENT = _mode(
+    "event", argument="event", one_number=True, long_arrays=True, notes_sides=True, by_numba=True
+)
 JUMP = _mode("jump", argument="on_event", acts_at_events=True, notes_sides=True, probed=True)
-MATRIX = _mode("matrix", matrix=True, probed=True)
+MATRIX = _mode("matrix", argument="jac", matrix=True, probed=True)
 ENTRIES = _mode("entries", entries=True)
 CONSTANT = _mode("constant", constant=True)
 COMPLEX_NUMBERS = _mode("complex", complex_numbers=True, acts_on_state=True, long_arrays=True)
 COMPLEX_COLUMN = _mode("complex column", complex_numbers=True, column=True, acts_on_state=True)
-COMPLEX_EVENT = _mode("complex event", complex_numbers=True, one_number=True)
+COMPLEX_EVENT = _mode("complex event", argument="event", complex_numbers=True, one_number=True)
 SENSITIVITIES = _mode("variational", sensitivities=True)
+RESIDUAL_SENSITIVITIES = _mode(
+    "variational residual", argument="F", residual=True, sensitivities=True
+)
 SALTATION = _mode("saltation", argument="on_event", saltation=True)
 VJP = _mode("vjp", adds=True)  # of (t, [y, k]): k df/dy, and k df/dp for parameters p
 MOMENTS: dict[tuple, Mode] = {

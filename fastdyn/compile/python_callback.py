@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from fastdyn.kernels.algebra.linear import SingularMatrixError
+from fastdyn.words.kinds import noted, shown
+from fastdyn.words.raised import explain
 
 from .function_convention import SIGNATURE, mark
 from .mode import DERIVATIVE, Mode
@@ -21,6 +23,8 @@ from .sentences import WritesToState
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 
+FORMS = {"F": "F(t, y, yp, *args)", "velocity": "velocity(t, p, *args)"}
+FORMS["force"] = "force(t, q, *args)"
 SPARSE = "`jac` is sparse here and now, and was not before, or is not taken: return arrays."
 
 
@@ -145,8 +149,45 @@ def interruptible(callbacks):
         signal.signal(signal.SIGINT, handler)
 
 
+def called_with(fun, args):
+    """``fun(t, y, *args)`` as a function of t and y; `args` are kept for sentences."""
+
+    def called(t, y):
+        return fun(t, y, *args)
+
+    called.of = fun, args  # pyright: ignore
+    return called
+
+
 def evaluate(fun, mode, t, y):
-    """Call ``fun(t, y)`` in Python; check the value, and return it as an array of real numbers."""
+    """Call ``fun(t, y)`` in Python; check the value, and return it as an array of real numbers.
+
+    An exception gets a note, if it is known what it means.
+    """
+    try:
+        return _value_of(fun, mode, t, y)
+    except Exception as error:
+        explained(error, fun, mode.argument, t, y)
+        raise
+
+
+def value_of(fun, args, name, t, y):
+    """Return ``fun(t, y, *args)``, unchecked; an exception gets its note."""
+    try:
+        return fun(t, y, *args)
+    except Exception as error:
+        explained(error, called_with(fun, args), name, t, y)
+        raise
+
+
+def explained(error, fun, name, t, y):
+    """Add the note of `words.raised` to an exception of the argument of a name."""
+    who = "An event" if name == "event" else f"`{name}`"
+    form = FORMS.get(name, f"{name}(t, y, *args)")
+    explain(error, who, form, t, y, *getattr(fun, "of", (None, ()))[:2])
+
+
+def _value_of(fun, mode, t, y):
     n = len(y)
     if mode.complex_numbers:
         y = y.view(complex)
@@ -200,8 +241,11 @@ def matrix(value, n):
 
 def derivative(value, n, mode: Mode = DERIVATIVE):
     """The user's derivative as an array of n floats; TypeError or ValueError for other values."""
-    array = np.asarray(value)
     name = mode.argument
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise noted(error, _uneven(name, value, n)) from None
     if value is None or array.dtype.kind not in "fiubc":
         error = ValueError if array.dtype.kind in "US" else TypeError
         if array.dtype.kind == "O" and not any(v is None for v in array.flat):
@@ -209,9 +253,10 @@ def derivative(value, n, mode: Mode = DERIVATIVE):
                 return derivative(array.astype(float), n, mode)
             except (TypeError, ValueError) as reason:
                 error = type(reason)
+        without = ": without a `return`, a function returns None" if value is None else ""
         raise error(
-            f"`{name}` returned {type(value).__name__}; it must return {n} numbers, "
-            "as a list, tuple or array"
+            f"`{name}` returned {shown(value)}; it must return {n} number{'s' * (n != 1)}, as a "
+            f"list, tuple or array{without}"
         )
     if array.dtype.kind == "c" and not mode.complex_numbers:
         raise TypeError(
@@ -225,7 +270,20 @@ def derivative(value, n, mode: Mode = DERIVATIVE):
         )
     if array.size != n or (array.ndim > 1 and array.shape != (n, 1)):
         raise ValueError(
-            f"`{name}` returned {array.size} values for a state of {n}; it must return one "
-            f"for each component of {'`q0` and `p0`' if mode.half is not None else '`y0`'}"
+            f"`{name}` returned {array.size} value{'s' * (array.size != 1)} for a state of {n}; it "
+            "must return one for each component of "
+            f"{'`q0` and `p0`' if mode.half is not None else '`y0`'}"
+            + (f": it returned an array of shape {array.shape}" if array.ndim > 1 else "")
         )
     return array.reshape(n)
+
+
+def _uneven(name, value, n):
+    """The sentence about a derivative whose components have different shapes."""
+    for i, each in enumerate(value):
+        if np.ndim(each):
+            return (
+                f"Component {i} of what `{name}` returned has shape {np.shape(each)}; each is one "
+                "number, as y[0] is one of y."
+            )
+    return f"`{name}` must return {n} number{'s' * (n != 1)}."

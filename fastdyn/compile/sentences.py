@@ -1,5 +1,7 @@
 """The reasons why a function cannot be compiled, as sentences, and the warnings that print them."""
 
+import contextlib
+import contextvars
 import linecache
 import os
 import re
@@ -8,7 +10,7 @@ import warnings
 from types import BuiltinFunctionType, FunctionType
 
 from fastdyn.code_store import Unsealable
-from fastdyn.trace.graph.user_lines import of_user
+from fastdyn.words.user_lines import of_user
 
 from . import memory
 from .callables import SWITCHED_OFF, Uncompilable, code_of, plain_function
@@ -106,25 +108,52 @@ def located(sentence, place):
     return f"{sentence} ({place[0]}, line {place[1]})" if place else sentence
 
 
+def name_of(fun):
+    """The name of a function in a sentence."""
+    plain = plain_function(fun)
+    return plain.__qualname__ if isinstance(plain, NAMED) else type(fun).__name__
+
+
 def warn_once(fun, reason):
     """Warn once for each function, at the user's line, that the function runs in Python."""
     plain = plain_function(fun)
     if reason != SWITCHED_OFF and not re.search(r", line \d+\)$", reason):
         code = plain.__code__ if isinstance(plain, FunctionType) else None
         reason = located(reason, code and (code.co_filename, code.co_firstlineno))
-    name = plain.__qualname__ if isinstance(plain, NAMED) else type(fun).__name__
+    name = name_of(fun)
     identity = reason if reason == SWITCHED_OFF else (type(fun), code_of(plain), name)
     if _warned.get(identity):
         return
     _warned.put(identity, True)
-    warnings.warn(
-        f"{name} cannot be compiled and runs in Python, many times slower: {reason}",
-        CompileWarning,
-        stacklevel=levels_inside(),
+    warn(
+        f"{name} cannot be compiled and runs in Python, many times slower: {reason}", CompileWarning
     )
 
 
-def levels_inside():
+_told: contextvars.ContextVar[set | None] = contextvars.ContextVar("told", default=None)
+
+
+@contextlib.contextmanager
+def told_once():
+    """Within this context, `warn` gives each sentence once: one problem is solved several times."""
+    token = _told.set(set())
+    try:
+        yield
+    finally:
+        _told.reset(token)
+
+
+def warn(said, category: type[Warning] = UserWarning):
+    """Give a warning at the first line outside fastdyn."""
+    told = _told.get()
+    if told is not None:
+        if said in told:
+            return
+        told.add(said)
+    warnings.warn(said, category, stacklevel=_levels_inside())
+
+
+def _levels_inside():
     """The `stacklevel` at which the caller's warning names the first line outside fastdyn."""
     frame, level = sys._getframe(1), 1
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(PACKAGE):

@@ -9,5 +9,5 @@ TIGHT: dict[str, Any] = {"rtol": RTOL, "atol": ATOL}
 
 
 def tolerated(run, rtol=RTOL, atol=ATOL, axis=None):
-    """What `rtol` and `atol` let all steps of a run add to a component, before it grows."""
+    """The error that `rtol` and `atol` allow all steps of a run in a component, before it grows."""
     return run.n_accepted * (atol + rtol * np.abs(run.y).max(axis))

@@ -8,8 +8,6 @@ import numpy as np
 
 from fastdyn.problem.schedules import Scheduled, segments
 
-from .consistent import consistent
-
 
 class Breakpoints:
     """The breakpoints of a problem, whose rows of segments tell the times."""
@@ -25,17 +23,20 @@ class Breakpoints:
         asked = options.get("breakpoints") is not None
         return cls(problem) if asked and len(problem.segments) > 1 else None
 
-    def scheduled(self, problem, equations):
-        """The problem with a schedule, at which a function of [y, y'] acts, for the segments."""
+    def scheduled(self, problem, again):
+        """The problem with a schedule in the place of the segments.
+
+        There ``again(t, state)`` acts, with the first time behind the breakpoint: it returns a
+        consistent state.
+        """
         p, n = problem, len(self._ends)
         rising = self._ends if p.tf >= p.t0 else self._ends[::-1].copy()
         indices = (0, n, 1) if p.tf >= p.t0 else (n - 1, -1, -1)
         place = len(p.events or ()) + len(p.schedules)
 
-        def jump(t, both, *_):
+        def jump(t, state, *_):
             start = float(self._rows[1 + np.argmin(np.abs(self._ends - t)), 0])
-            p = problem._replace(t0=start, y0=both)
-            return consistent(equations.at(start), p, "differential")
+            return again(start, state)
 
         more = Scheduled(place, rising, *indices, 0.0, 0.0, 0, jump)
         whole = segments({}, (more,), p.t0, p.tf, False)

@@ -38,12 +38,12 @@ def consistent(equations, problem, given):
     if given is None:
         _check(equations, p, jacobian)
     else:
-        both = _newton(equations, p, both, _free(given, rates), given)
+        both = _newton(equations, p, both, ~held_of(given, rates), given)
         wrong = _singular(equations, both)
     if wrong is not None:
         raise wrong
     if isinstance(given, str) and given != "yp":
-        free = _free(given, rates)
+        free = ~held_of(given, rates)
         return _with_all_derivatives(equations, p, both, rates, free, given)
     return both
 
@@ -60,19 +60,9 @@ def _with_all_derivatives(equations, p, both, rates, free, given):
     values = jacobian if isinstance(jacobian, np.ndarray) else jacobian.data
     if not (np.isfinite(by_time).all() and np.isfinite(values).all()):
         return both
-    rate = both[n:].copy()
-    if n <= DENSE:
-        left, right = null_spaces(jacobian, n, equations.noise)
-        B = jacobian[:, :n]
-        if not left.size:
-            return both
-        change = _full_solution(
-            left.T @ B @ right, -left.T @ (by_time + B @ rate), n * equations.noise
-        )
-        rate += right @ change
-    else:
-        found = large_rates(jacobian, n, rate, by_time)
-        rate[~rates] = found[~rates]
+    rate = completed(equations, jacobian, rates, both[n:], by_time)
+    if rate is None:
+        return both
     new = np.concatenate([both[:n], rate])
     if not np.isfinite(equations.residual(new)).all():
         return both
@@ -80,6 +70,25 @@ def _with_all_derivatives(equations, p, both, rates, free, given):
         return _newton(equations, p._replace(y0=new), new, free, given)
     except ValueError:
         return both
+
+
+def completed(equations, jacobian, rates, rate, by_time):
+    """y' with the part that does not occur in F, such that the constraints hold at all times.
+
+    Combinations u of the equations without derivatives give u (dF/dt + dF/dy y') = 0; `by_time` is
+    dF/dt.  Both may be matrices, a column a direction.  None if all derivatives occur.
+    """
+    n = equations.n
+    if n > DENSE:
+        found, rate = large_rates(jacobian, n, rate, by_time), rate.copy()
+        rate[~rates] = found[~rates]
+        return rate
+    left, right = null_spaces(jacobian, n, equations.noise)
+    B = jacobian[:, :n]
+    if not left.size:
+        return None
+    change = _full_solution(left.T @ B @ right, -left.T @ (by_time + B @ rate), n * equations.noise)
+    return rate + right @ change
 
 
 def _singular(equations, both):
@@ -100,12 +109,12 @@ def _singular(equations, both):
     return None
 
 
-def _free(given, rates):
-    """The numbers of [y, y'] that may change."""
+def held_of(given, rates):
+    """The numbers of [y, y'] that are held; `rates` marks the derivatives that occur in F."""
     if not isinstance(given, str):
-        return ~given
+        return given
     none, all_ = np.zeros_like(rates), np.ones_like(rates)
-    halves = {"differential": (~rates, rates), "y": (none, rates), "yp": (all_, none)}
+    halves = {"differential": (rates, ~rates), "y": (all_, ~rates), "yp": (none, all_)}
     return np.concatenate(halves[given])
 
 
@@ -187,6 +196,17 @@ def _change(jacobian, f, noise):
     return _full_solution(rows[:, None] * jacobian, -rows * f, noise), size
 
 
+def solution(matrix, right, noise):
+    """The shortest solution, (k, m), of a linear system with m right-hand sides."""
+    if isinstance(matrix, np.ndarray):
+        rows = np.abs(matrix).max(axis=1, initial=0.0)
+        rows = 1.0 / np.where(rows > 0.0, rows, 1.0)[:, None]
+        columns = np.transpose(_full_solution(rows * matrix, rows * right, noise))
+    else:
+        columns = [_sparse_solution(matrix, each) for each in right.T]
+    return np.reshape(columns, (right.shape[1], matrix.shape[1])).T
+
+
 def _sparse_solution(matrix, b):
     from scipy.sparse.linalg import lsqr, splu
 
@@ -204,8 +224,8 @@ def _full_solution(matrix, b, noise):
     columns = 1.0 / np.where(columns > 0.0, columns, 1.0)
     scaled = matrix * columns
     if scaled.shape[0] == scaled.shape[1] and np.linalg.cond(scaled, 1) < 1.0 / noise:
-        return columns * np.linalg.solve(scaled, b)
-    return columns * np.linalg.lstsq(scaled, b, rcond=noise)[0]
+        return (columns * np.linalg.solve(scaled, b).T).T
+    return (columns * np.linalg.lstsq(scaled, b, rcond=noise)[0].T).T
 
 
 def _line_search(equations, both, free, change, size):

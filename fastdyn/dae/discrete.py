@@ -18,6 +18,11 @@ def solve_with_discrete(solve, arguments, options):
     `solve` is `solve_dae`.
     """
     given, options = dict(arguments), dict(options)
+    if options.get("sensitivity") is not None:
+        raise ValueError(
+            "`sensitivity` and `discrete` do not go together in `solve_dae`: make a discrete state "
+            "a component of `y` with the equation yp = 0."
+        )
     y0 = validate.initial_state(given["y0"])
     d0 = longer.discrete_states(options.pop("discrete"), y0, options)
     longer.expect_action(options.get("on_event"))

@@ -15,8 +15,8 @@ class Observer(Stepper):
 
     def look(self):
         super().look()
-        self.y = self.own(self.t, self.y)
-        self.n = len(self.y)
+        y = self.own(self.t, self.y)
+        vars(self).update(y=y, n=len(y))
 
     def _polynomial(self) -> Any:
         whole = super()._polynomial()

@@ -5,12 +5,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.compile.mode import RESIDUAL
-from fastdyn.compile.python_callback import derivative
+from fastdyn.compile.python_callback import called_with, derivative, explained
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods import RESIDUAL as METHOD
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments
+from fastdyn.problem.options.names import ARGUMENTS, advice
 from fastdyn.problem.options.table import refused_by, taken_by
+from fastdyn.problem.sensitivities import directions_of
 
 from .callbacks import with_observed
 from .functions import event_of_vector, of_vector
@@ -19,7 +21,10 @@ GIVEN = ("differential", "y", "yp")
 
 
 class Given(NamedTuple):
-    """Checked arguments; `held` is `given` of `solve_dae`: None, a word, or 2 n booleans."""
+    """Checked arguments; `held` is `given` of `solve_dae`: None, a word, or 2 n booleans.
+
+    `directions` are those of `sensitivity`, or None.
+    """
 
     F: Any
     t0: float
@@ -32,6 +37,7 @@ class Given(NamedTuple):
     args: tuple
     held: Any
     options: dict
+    directions: Any = None
 
     @property
     def n(self):
@@ -39,8 +45,7 @@ class Given(NamedTuple):
 
 
 def checked(F, t_span, y0, yp0, t_eval, dense_output, events, args, given, options):
-    """The Given; raise a sentence for wrong arguments."""
-    _check_options(options)
+    """The Given; raise a sentence for wrong arguments; options: see `check_options`."""
     if not callable(F):
         raise TypeError(f"`F` must be a function of (t, y, yp); got {F!r}.")
     t0, tf = validate.time_span(t_span)
@@ -48,13 +53,19 @@ def checked(F, t_span, y0, yp0, t_eval, dense_output, events, args, given, optio
     args = validate.extra_arguments(args)
     t_eval = validate.output_times(t_eval, t0, tf)
     _check_residual(F, t0, y0, yp0, args)
-    return Given(F, t0, tf, y0, yp0, t_eval, dense_output, events, args, held, options)
+    options, wanted = dict(options), options.get("sensitivity")
+    options.pop("sensitivity", None)
+    directions = None if wanted is None else directions_of(wanted, F, y0, args, first=3)
+    return Given(F, t0, tf, y0, yp0, t_eval, dense_output, events, args, held, options, directions)
 
 
 def problem_of_residual(given):
     """The Problem of the state [y, y'] that BDF solves."""
     for name in sorted(refused_by("residual").keys() & given.options.keys()):
-        raise TypeError(f"`solve_dae` has no option `{name}` without a method of `solve_ivp`.")
+        other = "; `max_step` limits the steps." if name == "step" else "."
+        raise TypeError(
+            f"`solve_dae` has no option `{name}` without a method of `solve_ivp`{other}"
+        )
     n = given.n
     asked = Arguments(
         fun=given.F, t0=given.t0, tf=given.tf, y0=given.y0, t_eval=given.t_eval,
@@ -69,14 +80,17 @@ def problem_of_residual(given):
     )  # fmt: skip
 
 
-def _check_options(options):
-    refused, taken = refused_by("solve_dae"), taken_by("solve_dae")
+def check_options(options, who="solve_dae"):
+    """Raise a sentence for an option that the public function `who` does not take."""
+    refused, taken = refused_by(who), taken_by(who)
     for name in options:
         if refused.get(name):
-            raise ValueError(f"`solve_dae` has no `{name}`: {refused[name]}.")
+            raise ValueError(f"`{who}` has no `{name}`: {refused[name]}.")
         if name not in taken:
             always = sorted({*taken} - refused_by("residual").keys())
-            raise TypeError(f"`solve_dae` has no option `{name}`; it has {', '.join(always)}.")
+            known = (*always, *ARGUMENTS, "yp0", "given")
+            said = advice(name, known) or f"it has {', '.join(always)}."
+            raise TypeError(f"`{who}` has no option `{name}`; {said}")
 
 
 def _start(y0, yp0, given):
@@ -133,7 +147,11 @@ def _real(values, name):
 
 def _check_residual(F, t0, y0, yp0, args):
     """Evaluate F once in Python, to report its mistakes."""
-    found = derivative(F(t0, y0.copy(), yp0.copy(), *args), len(y0), RESIDUAL)
+    try:
+        found = derivative(F(t0, y0.copy(), yp0.copy(), *args), len(y0), RESIDUAL)
+    except Exception as error:
+        explained(error, called_with(F, args), "F", t0, y0)
+        raise
     bad = np.flatnonzero(~np.isfinite(found))
     if bad.size:
         raise ValueError(

@@ -18,7 +18,7 @@ SENTENCES = {
     "none, or the solution ends in a singularity).",
     NOT_CONVERGED: "Newton's iteration does not converge at t = {t:.10g}, however short the step: "
     "the solution may end there, or jump; F may be nan or not smooth there; or the index may be "
-    "above 1 from there on.",
+    f"above 1 from there on. {outcome.OF_JUMPS}",
     BAD_JACOBIAN: "The Jacobian of `F` is nan or inf at t = {t:.10g}: `F` is not defined there, or "
     "just beside it.",
     NO_TOLERANCE: "A component of the state is 0 at t = {t:.10g}, and so is its `atol`: no error "
@@ -37,6 +37,11 @@ class DaeSolution(PiecewisePolynomial):
     def derivative(self, t):
         """The derivative, (n,) at one time, (n, k) at k times."""
         return self._rates(t)
+
+    def of_first(self, n):
+        """The continuous solution of the first n components."""
+        found, rates = self.polynomials[:, :, :n], self._rates.polynomials[:, :, :n]
+        return DaeSolution(self.ts, np.concatenate([found, rates], axis=2), self.spans)
 
 
 def result_of(problem, status, run, index):

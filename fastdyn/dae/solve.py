@@ -6,34 +6,45 @@ from typing import TYPE_CHECKING, Any
 
 from fastdyn.compile.bind import or_in_python
 from fastdyn.problem.options.docstrings import filled
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from .breakpoints import Breakpoints
 from .discrete import solve_with_discrete
 from .index import HighIndexError
-from .problem import checked, problem_of_residual
+from .problem import check_options, checked, problem_of_residual
 from .reduced.solve import solve_reduced
 from .result import result_of
 from .start import run_of
+from .tangent.solve import solve_with_sensitivities
 
 if TYPE_CHECKING:
-    from fastdyn.problem import argument_types as types
+    from fastdyn.problem.argument_types import (
+        Args,
+        Function,
+        Functions,
+        State,
+        Times,
+        TimeSpan,
+    )
     from fastdyn.run.result import OdeResult
 
 LARGEST = 200  # equations whose index is reduced unasked: the work grows with the cube
 
 
+@shown_when_wrong(dense_output=kinds.flag)
 @filled("solve_dae")
 def solve_dae(
-    F: types.Function,
-    t_span: types.TimeSpan,
-    y0: types.State,
-    yp0: types.State | None = None,
+    F: Function,
+    t_span: TimeSpan,
+    y0: State,
+    yp0: State | None = None,
     *,
     method: str | None = None,
-    t_eval: types.Times | None = None,
+    t_eval: Times | None = None,
     dense_output: bool = False,
-    events: types.Functions | None = None,
-    args: types.Arguments | None = None,
+    events: Functions | None = None,
+    args: Args | None = None,
     given: Any = None,
     **options: Any,
 ) -> OdeResult:
@@ -77,7 +88,9 @@ def solve_dae(
         differential components are held, and the others and `yp` are computed, in Python.  At a
         higher index all constraints hold behind the event; `given` says what is held.  With
         `discrete`, F is ``F(t, y, yp, d, *args)``.  At `breakpoints` of F, its differential
-        components are held; the result has the time twice.
+        components are held; the result has the time twice.  The derivatives of `sensitivity` by
+        `y0` are those by the components that are held, by default by those whose derivatives occur
+        in F; at a higher index, a direction of `y0` is the nearest that the constraints allow.
 
     Returns
     -------
@@ -112,6 +125,7 @@ def solve_dae(
         }  # fmt: skip
         return solve_with_discrete(solve_dae, arguments, options)
     options.pop("discrete", None)
+    check_options(options)
     asked = checked(F, t_span, y0, yp0, t_eval, dense_output, events, args, given, options)
     if method not in (None, "BDF"):
         return solve_reduced(asked, method)
@@ -131,6 +145,8 @@ def _by_residual(asked):
     """The OdeResult of BDF; HighIndexError if the index is above 1."""
     problem = problem_of_residual(asked)
     breakpoints = Breakpoints.of(problem, asked.options)
+    if asked.directions is not None:
+        return solve_with_sensitivities(asked, problem, breakpoints)
     run, index = run_of(problem, asked.held, breakpoints)
     result = result_of(run.problem, run.solve(run.problem.y0), run, index)
     return result if breakpoints is None else breakpoints.of_result(result)

@@ -14,8 +14,11 @@ from .index import index_of
 from .jumps import consistent_jump, with_acting, with_jumps
 
 
-def run_of(problem, held, breakpoints=None):
-    """(a Run from a consistent start, the index); `held` says what of the start is held."""
+def run_of(problem, held, breakpoints=None, longer=None):
+    """(A Run from a consistent start, the index); `held` says what of the start is held.
+
+    ``longer(problem, equations)`` makes a tangent.residual.Tangent, which the Run solves.
+    """
     load_kernels(problem)  # first: no other thread compiles kernels meanwhile
     with budget.limited(0.0):
         near = off_the_solution(problem.y0)  # where code is compared with F
@@ -24,8 +27,17 @@ def run_of(problem, held, breakpoints=None):
     p = of_python_between(problem, bound, others)
     equations = Equations(p, bound, jacobian_of(p, bound, others))
     p = p._replace(y0=consistent(equations, p, held))
-    p = with_jumps(p, lambda act: consistent_jump(p, equations, act))
-    if breakpoints is not None:
-        p = breakpoints.scheduled(p, equations)
     index = index_of(equations.jacobian(p.y0), equations.n, equations.noise, equations.rates(p.y0))
-    return Run(p, bound, with_acting(p, others)), index
+
+    def again(t, both):
+        return consistent(equations.at(t), p._replace(t0=t, y0=both), "differential")
+
+    if longer is None:
+        whole = with_jumps(p, lambda act: consistent_jump(p, equations, act))
+    else:
+        tangent = longer(p, equations)
+        whole, again = tangent.problem, tangent.again
+        bound, others = tangent.bound, tangent.others
+    if breakpoints is not None:
+        whole = breakpoints.scheduled(whole, again)
+    return Run(whole, bound, with_acting(whole, others)), index

@@ -14,10 +14,12 @@ from .notation import (
     cross,
     direction,
     dot,
+    expression,
     k,
     length,
     rate,
     rotation,
+    stays,
     vector,
 )
 
@@ -53,7 +55,8 @@ class Body:
 
     def __init__(self, model, name, mass, position):
         self.model, self.name = model, name
-        self.mass, self.position = sp.sympify(mass), vector(position, f"the position of {name}")
+        self.mass = expression(mass, f"the mass of {name}")
+        self.position = vector(position, f"the position of {name}")
         self.forces: list[Force] = []
 
     omega: Any = ZERO
@@ -228,6 +231,11 @@ def between(a, b, along) -> Any:
     if a.body is None and b.body is None:
         raise ValueError("a spring or a force between two places moves nothing.")
     d = b.position - a.position
+    if stays(dot(d, d)) if along is None else stays(dot(d, vector(along, "`along`"))):
+        raise ValueError(
+            "a spring or a force between two points whose distance never changes has no effect: "
+            f"they are {list(a.position)} and {list(b.position)}."
+        )
     if along is None:
         return a, b, length(d), d / length(d)
     along = direction(along, "`along`")
@@ -265,7 +273,7 @@ class RigidBody(Body):
                 )
         if len(inertia) != 3:
             raise ValueError(f"{self.name} has three principal moments of inertia; got {inertia}.")
-        self.inertia = [sp.sympify(one) for one in inertia]
+        self.inertia = [expression(one, f"a moment of inertia of {name}") for one in inertia]
         if any(self.inertia):
             self._turns("a moment of inertia")
 

@@ -7,8 +7,11 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from fastdyn.systems.base import System
+from fastdyn.systems.base.dimensions import dimension_of, near_unit
+from fastdyn.systems.base.units import other_unit_of
+from fastdyn.words.kinds import text
 
-from .checks.inputs import default_of, refuse_degrees
+from .checks.inputs import UNSAID, default_of, refuse_degrees, refuse_unknown_unit
 from .code import RESERVED
 from .notation import of_time
 
@@ -94,7 +97,7 @@ class Declarations:
     """The declared objects of a model, by unique names."""
 
     def __init__(self, name):
-        self._taken: set[str] = {"t", "w", "_", "energy", "derivation", *RESERVED, *dir(System)}
+        self._taken: set[str] = {"t", "_", "energy", "derivation", *RESERVED, *dir(System)}
         self.name = _identifier(name)
         self.coordinate_list: list[Coordinate] = []
         self.numbers: list[Number] = []
@@ -119,7 +122,16 @@ class Declarations:
         -------
         One function, or a list of functions.
         """
+        text("names", names)
         words = names.split()
+        for unit in units.split() if isinstance(units, str) else units:
+            if unit not in UNSAID and dimension_of(unit) is None and not other_unit_of(unit):
+                near = f"did you mean {near_unit(unit)!r}?" if near_unit(unit) else ""
+                said = near or (
+                    "if it is a coordinate, several names are one text: "
+                    f"coordinates('{names} {unit}')."
+                )
+                raise ValueError(f"{unit!r} is no unit that fastdyn knows; {said}")
         speeds = rates.split() if rates else [f"v{word}" for word in words]
         said, units = bool(units), _each(units or "m", words)
         for name, unit, speed in zip(words, units, _each(speeds, words), strict=True):
@@ -155,6 +167,7 @@ class Declarations:
         """Declare reactions of unknown size, in N by default; arguments as of `coordinates`."""
         words = names.split()
         for name, unit in zip(words, _each(units or "N", words), strict=True):
+            refuse_unknown_unit(name, unit)
             self.declare(name)
             self.reaction_list.append(Reaction(of_time(name), name, unit, bool(units)))
         return _one_or_all([one.function for one in self.reaction_list[-len(words) :]])
@@ -206,9 +219,10 @@ class Declarations:
 
     def _numbers(self, given, positive, initial):
         for name, about in given.items():
-            default, unit, meaning = (
-                (*about, "")[:3] if isinstance(about, tuple) else (None, "", "")
-            )
+            known = isinstance(about, tuple) and len(about) in (2, 3)
+            default, unit, meaning = (*about, "")[:3] if known else (None, "", "")
+            if known:
+                refuse_unknown_unit(name, unit)
             default = default_of(name, default, unit)
             if default is None:
                 raise TypeError(

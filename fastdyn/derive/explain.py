@@ -64,14 +64,15 @@ class Explanation:
         return "\n".join([*parts, r"\end{enumerate}"])
 
     def html(self):
-        """HTML with formulas in LaTeX between dollars, for MathJax, as in notebooks."""
+        """HTML whose formulas MathJax sets, in notebooks and on pages of Sphinx."""
         parts = [f"<h3>{web.escape(self.title)}</h3>", "<ol>"]
         for heading, step in self.steps:
             parts.append(f"<li><b>{heading}</b>")
             for one in step:
                 sides = " = ".join(map(self.formula.latex, one.sides))
-                formula = f" $\\displaystyle {web.escape(sides)}$" if sides else ""
-                parts.append(f"<p>{web.escape(one.words)}{formula}</p>")
+                formula = rf"\(\displaystyle {web.escape(sides)}\)" if sides else ""
+                # MathJax of Sphinx's pages reads nothing but this class
+                parts.append(f'<p>{web.escape(one.words)} <span class="math">{formula}</span></p>')
             parts.append("</li>")
         return "\n".join([*parts, "</ol>"])
 

@@ -1,7 +1,10 @@
 """Formulas as a lecturer writes them: x'' in text, dots in LaTeX, vectors by i, j and k."""
 
 import sympy as sp
+from sympy.printing.latex import LatexPrinter
 from sympy.printing.str import StrPrinter
+
+from fastdyn.words.letters import in_full
 
 UNIT = "ijk"
 
@@ -22,10 +25,12 @@ class Formulas:
             order = function.derivative_count if isinstance(function, sp.Derivative) else 0
             name = (function.expr if order else function).func.__name__
             self._text[symbol] = sp.Symbol(name + "'" * order)
-            letter = sp.latex(sp.Symbol(name))
+            letter = sp.latex(sp.Symbol(in_full(name)))
             if len(letter) > 1 and letter.isalpha():
                 letter = rf"\mathit{{{letter}}}"
-            self._latex[symbol] = letter if not order else rf"\{'d' * order}ot{{{letter}}}"
+            base, low, index = letter.partition("_")
+            dotted = base if not order else rf"\{'d' * order}ot{{{base}}}"
+            self._latex[symbol] = dotted + low + index
 
     def text(self, formula):
         """A number or a vector in one line."""
@@ -38,7 +43,8 @@ class Formulas:
         if isinstance(formula, sp.MatrixBase):
             units = [rf"\mathbf{{{one}}}" for one in UNIT]
             return _vector([self.latex(one) for one in formula], units, r"{}\,{}")
-        return sp.latex(sp.sympify(formula), symbol_names=self._latex, full_prec=False)
+        settings = {"symbol_names": self._latex, "full_prec": False}
+        return _Latex(settings).doprint(sp.sympify(formula))
 
 
 def _vector(components, units, together):
@@ -64,6 +70,14 @@ def _is_sum(text):
         if depth == 0 and n and letter in "+-" and text[n - 1] == " ":
             return True
     return False
+
+
+class _Latex(LatexPrinter):
+    """Short names of Greek letters as letters: th0 is theta0."""
+
+    def _print_Symbol(self, expr, style="plain"):
+        named = self._settings["symbol_names"]
+        return named.get(expr) or super()._print_Symbol(sp.Symbol(in_full(expr.name)), style)
 
 
 class _Text(StrPrinter):

@@ -69,7 +69,7 @@ class Motion:
             elif symbol in self._last:
                 raise ValueError(
                     f"the equations need the rate of {self.functions(symbol)}, which nothing "
-                    "gives; of what a driver gives, let it return the rate too."
+                    "gives; a driver must return the rate, too, of what it returns."
                 )
         return total
 

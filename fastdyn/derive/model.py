@@ -4,12 +4,14 @@ from typing import Any
 
 import sympy as sp
 
+from fastdyn.words.kinds import number
+
 from .bodies import Body, Particle, RigidBody, between, point, pull
-from .checks.inputs import component_of, residual_of
+from .checks.inputs import component_of, refuse_unknown_unit, residual_of
 from .declarations import Constraint, Declarations, Drawn, Function
 from .derivation import Derivation
 from .friction.contact import Contact
-from .notation import ZERO, rate, vector
+from .notation import ZERO, expression, rate, vector
 
 
 class Model(Declarations):
@@ -41,6 +43,7 @@ class Model(Declarations):
 
     def __init__(self, name, title="", source="", t_end=10.0):
         super().__init__(name)
+        number("t_end", t_end)
         self.title, self.source, self.t_end = title or name, source, float(t_end)
         self.bodies: list[Body] = []
         self.constraints: list[Constraint] = []
@@ -110,7 +113,9 @@ class Model(Declarations):
             A fixed direction from a to b.  The length is then measured along this direction, and
             may become negative.
         """
-        self.central(a, b, lambda r: sp.sympify(stiffness) * (r - natural) ** 2 / 2, along)
+        stiffness = expression(stiffness, "the stiffness of a spring")
+        natural = expression(natural, "the natural length of a spring")
+        self.central(a, b, lambda r: stiffness * (r - natural) ** 2 / 2, along)
         self.draw("spring", a, b)
 
     def central(self, a, b, energy, along=None):
@@ -129,7 +134,7 @@ class Model(Declarations):
     def damper(self, a, b, c, along=None):
         """Draw a damper: a force of c times the rate of the distance of a and b, see `spring`."""
         a, b, r, direction = self._between(a, b, along)
-        pull(a, b, c * rate(r) * direction)
+        pull(a, b, expression(c, "the constant of a damper") * rate(r) * direction)
         self.draw("damper", a, b)
 
     # -- pictures
@@ -144,6 +149,22 @@ class Model(Declarations):
         if len(points) < 2:
             raise ValueError("a line goes through two points or more.")
         self.draw("line", *points)
+
+    def guide(self, body):
+        """
+        Draw the curve on which a particle slides, such as the hoop of a bead.
+
+        Pictures draw wires and other curves without being told.  Only a circle may be the hoop of a
+        bead as well as the way of a pendulum, which has a rod: tell by `guide` that it is a hoop.
+
+        Parameters
+        ----------
+        body : Particle
+            Its position follows from one coordinate, or constraints leave one.
+        """
+        if not isinstance(body, Particle) or body.model is not self:
+            raise TypeError(f"`body` must be a particle of {self.name}; got {body!r}.")
+        self.draw("guide", body)
 
     def draw(self, kind, *points, across=None):
         """Add a drawing to the pictures of the system: see `Drawn`."""
@@ -164,6 +185,7 @@ class Model(Declarations):
             Name and unit of the residual.
         """
         expression, name = residual_of(expression), name or self.free_name("constraint")
+        refuse_unknown_unit(name, unit)
         self.declare(name, f"{name}_rate", f"lambda_{name}")
         self.constraints.append(Constraint(expression, name, unit))
 
@@ -241,6 +263,7 @@ class Model(Declarations):
         return {name: component_of(name, value, known[name]) for name, value in values.items()}
 
     def _function(self, kind, name, expression, unit="", label="", event=None):
+        refuse_unknown_unit(name, unit)
         self.declare(name)
         one = Function(kind, name, sp.sympify(expression), unit, label, event or {})
         self.functions.append(one)

@@ -11,11 +11,53 @@ now = sp.Symbol("t", real=True)  # the time in plain symbols, see `kinematics.Mo
 ASSUMED = ({}, {"real": True}, {"positive": True}, {"nonnegative": True})
 TIMES = frozenset(sp.Symbol("t", **one) for one in ASSUMED)
 POINTS, ROUNDING = 3, 1e-12  # at which a length is looked at, and what is left of it
+
+
+class Vector(sp.ImmutableDenseMatrix):
+    """A column of three, which says what does not go with it."""
+
+    __slots__ = ()
+
+    def __add__(self, other):
+        return self if _is_zero(other) else super().__add__(_column(self, other))
+
+    def __radd__(self, other):
+        return self if _is_zero(other) else super().__radd__(_column(self, other))
+
+    def __sub__(self, other):
+        return self if _is_zero(other) else super().__sub__(_column(self, other))
+
+    def __rsub__(self, other):
+        return -self if _is_zero(other) else super().__rsub__(_column(self, other))
+
+    def __mul__(self, other):
+        if isinstance(other, sp.MatrixBase) and self.shape == other.shape == (3, 1):
+            raise TypeError(
+                "Two vectors are multiplied by dot(a, b), a number, or by cross(a, b), a vector."
+            )
+        return super().__mul__(other)
+
+
+def _is_zero(other):
+    """Whether something is the number 0, from which `sum` begins."""
+    return not isinstance(other, sp.MatrixBase) and other == 0
+
+
+def _column(vector, other):
+    """A term that is added to a vector; a number is refused."""
+    if not isinstance(other, sp.MatrixBase):
+        raise TypeError(
+            f"A number is added to a vector: {other} and {list(vector)}. Each part of a vector "
+            "has its direction, as in x*i + y*j."
+        )
+    return other
+
+
 i: Any
 j: Any
 k: Any
-i, j, k = (sp.ImmutableMatrix([int(a == b) for b in range(3)]) for a in range(3))
-ZERO: Any = sp.zeros(3, 1).as_immutable()
+i, j, k = (Vector([int(a == b) for b in range(3)]) for a in range(3))
+ZERO: Any = Vector([0, 0, 0])
 
 
 class OfTime(AppliedUndef):
@@ -93,10 +135,30 @@ def length(a) -> Any:
 def vector(given, what="a vector") -> Any:
     """A vector as a column of three; 0 stands for the vector of zeros."""
     if isinstance(given, sp.MatrixBase) and given.shape == (3, 1):
-        return sp.ImmutableMatrix(given)
+        return Vector(given)
     if not isinstance(given, sp.MatrixBase) and given == 0:
         return ZERO
     raise TypeError(f"{what} must be a vector, a sum of multiples of i, j and k; got {given!r}.")
+
+
+def expression(given, what) -> Any:
+    """A number, or an expression of declared numbers and functions; no text, vector or None."""
+    found = given if isinstance(given, str) else sp.sympify(given)
+    if not isinstance(found, sp.Expr) or isinstance(found, sp.MatrixBase):
+        raise TypeError(f"{what} must be a number or an expression; got {given!r}.")
+    return found
+
+
+def stays(expression) -> bool:
+    """Whether an expression of functions of time is constant, looked at for some numbers."""
+    change, random = rate(expression), np.random.default_rng(0)
+    variables = change.atoms(AppliedUndef, sp.Derivative) | change.free_symbols
+    for _ in range(POINTS):
+        there = {one: sp.Float(random.uniform(0.1, 0.9)) for one in variables}
+        found = sp.N(change.xreplace(there))
+        if not (found.is_number and abs(found) <= ROUNDING):
+            return False
+    return True
 
 
 def direction(given, what) -> Any:
@@ -147,7 +209,8 @@ class Rotation:
 
 def rotation(angle, axis=k):
     """The Rotation by an angle about the vector `axis`, counterclockwise, by default about k."""
-    return Rotation((sp.sympify(angle), direction(axis, "the axis of a rotation")))
+    angle = expression(angle, "the angle of a rotation")
+    return Rotation((angle, direction(axis, "the axis of a rotation")))
 
 
 def _turned(v, angle, axis):

@@ -158,9 +158,10 @@ class Start:
         if off:
             parts = " and ".join(f"`{name}` (by {value:.3g})" for name, value in off.items())
             raise ValueError(
-                f"The start of {self.name} violates {parts}, and what it leaves open cannot "
-                "change that: the constraints contradict each other, or what is given does; or "
-                "`guess(...)` must say near which state to look, where all is 0 unless given."
+                f"The start of {self.name} violates {parts}, and no values of the other components "
+                "satisfy the constraints: the constraints or the given values contradict each "
+                "other, or the search begins too far away. Let `guess(...)` name values near the "
+                "start; without a guess the search begins at 0."
             )
         return state.tolist()
 

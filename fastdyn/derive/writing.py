@@ -12,7 +12,7 @@ STEPS = 3  # Newton steps in a projection, enough to reduce errors of 1e-2 to ro
 
 class Writer:
     """
-    Writes functions of ``(t, w, *parameters)``.
+    Writes functions of ``(t, w, *parameters)``; w has another name if a number is called w.
 
     Parameters
     ----------
@@ -28,7 +28,10 @@ class Writer:
         self.motion, self.held = motion, derivation.held
         self.state = [*motion.q, *motion.v]
         parameters = [str(one.symbol) for one in model.numbers if not one.initial]
-        self.arguments = ["t", "w", *parameters, *(one.name for one in model.drivers)]
+        given = [*parameters, *(one.name for one in model.drivers)]
+        known = {*given, *map(str, (*self.state, *motion.inputs, *derivation.unknowns)), *beside}
+        self._whole = next(name for name in ("w", "state", "whole_state") if name not in known)
+        self.arguments = ["t", self._whole, *given]
         self._senses = dict.fromkeys(map(str, motion.senses), 1.0) | (senses or {})
         self._beside = list(beside)
         self._drivers = [(one.name, one.gives) for one in model.drivers]
@@ -118,7 +121,8 @@ class Writer:
 
     def _given(self, expressions):
         """Lines that unpack the state, and ask the drivers."""
-        lines, own = [self._unpacked()], f"w[:{len(self.state)}]" if self._beside else "w"
+        lines, own = [self._unpacked()], self._whole
+        own += f"[:{len(self.state)}]" if self._beside else ""
         used = set().union(*(one.free_symbols for one in expressions))
         for name, gives in self._drivers:
             if used & {sp.Symbol(one, real=True) for one in gives}:
@@ -128,7 +132,7 @@ class Writer:
 
     def _unpacked(self):
         """The line that names the components of the state."""
-        return f"{', '.join([*map(str, self.state), *self._beside])} = w"
+        return f"{', '.join([*map(str, self.state), *self._beside])} = {self._whole}"
 
     def project(self, metric):
         """

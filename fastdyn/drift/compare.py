@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import pathlib
+import statistics
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from fastdyn.kernels.methods import METHODS
-from fastdyn.plot.displayed import display
+import numpy as np
 
-from .energy import energy_drift
+from fastdyn.plot.displayed import display
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
+
+from .energy import LENGTHS, energy_drift, length_of
+from .methods import NAME, method_of
+from .pilot import Pilot, is_adaptive
 
 if TYPE_CHECKING:
-    from fastdyn.problem import argument_types as types
+    from fastdyn.problem.argument_types import Path
 
-PILOT_STEPS = 40  # of the first pilot, which is repeated with more steps below PILOT_SECONDS
-PILOT_SECONDS = 0.02  # least time of a pilot that measures time
-ROUNDS = 8  # iterations of the search for the step with the wanted cost of a period
+EPS = float(np.finfo(float).eps)
 
 
 class Comparison(dict):
@@ -40,109 +44,92 @@ class Comparison(dict):
         return plot_studies(self, **options)
 
 
+@shown_when_wrong(
+    methods=kinds.several, evaluations=kinds.number, seconds=kinds.number, checkpoint=kinds.path
+)
 def compare_drift(
     system: Any,
     methods: Iterable[str],
     *,
     evaluations: float | None = None,
     seconds: float | None = None,
-    periods: float,
     progress: bool = False,
-    checkpoint: types.Path | None = None,
+    checkpoint: Path | None = None,
     **options: Any,
 ) -> Comparison:
     """
-    Follow the invariants of a system with several methods, at equal work or in equal time.
+    Follow the invariants of a system with several methods: at equal work, in equal time, as given.
 
     Parameters
     ----------
     system : System, callable or pair of callables
         As for `energy_drift`; functions come with `period`.
     methods : iterable of str
-        Names of methods with constant steps.
+        Names of methods.
     evaluations : float, optional
         Evaluations of the right-hand side in a period, equal for all methods, which determines the
-        steps.
+        steps, and `rtol` of adaptive methods.
     seconds : float, optional
         Instead, the time of a period on this machine, evaluations of the invariants included.  The
         steps follow from the time of a step in short runs of compiled code; the table shows the
         time of the whole run.
-    periods : float
-        Length of the run, in periods of the system.
     checkpoint : str or path, optional
-        As for `energy_drift`, with the method appended to the name of the file; not with
-        `seconds`, because measured steps differ from run to run.
+        As for `energy_drift`; the name of a method among several is appended.  Not with `seconds`,
+        because measured steps differ from run to run.
     progress, **options
-        As for `energy_drift`.
+        As for `energy_drift`: the length of the run, and without `evaluations` and `seconds` also
+        `step` or `steps_per_period`.  Adaptive methods without `rtol` then get the one with which
+        their largest error is that of the other methods (the geometric mean), if there are others.
 
     Returns
     -------
     Comparison
         A dict of Study by method, with ``plot()``; prints as a table.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `energy_drift`; if `evaluations`, `seconds` and steps are given together; for
+        `checkpoint` with `seconds`.
     """
-    if (evaluations is None) == (seconds is None):
-        raise ValueError("give `evaluations` or `seconds`: what is the same for all methods?")
+    given = [options.get(name) is not None for name in ("step", "steps_per_period")]
+    if sum([evaluations is not None, seconds is not None, any(given)]) > 1:
+        raise ValueError("give one of `evaluations`, `seconds`, `step`, `steps_per_period`.")
     if seconds is not None:
         if checkpoint is not None:
             raise ValueError("`checkpoint` needs the same steps again; `seconds` measures them.")
         options.setdefault("compile", "inlined")  # the timed kernel is the kernel of the run
-    found = Comparison()
-    for name in methods:
-        method = METHODS.get(name)
-        if method is None or method.error_order:
-            raise ValueError(f"`{name}` has no constant steps, so its work cannot be chosen.")
-        pilot = _Pilot(system, name, options)
-        if evaluations is not None:
-            first = evaluations / (method.n_stages or method.cost)
-            steps = pilot.steps(evaluations, pilot.evaluations, first)
-        else:
-            steps = pilot.steps(seconds, pilot.seconds, PILOT_STEPS)
+    names, studies = list(methods), {}
+    for name in names:
+        method_of(system, name)  # ValueError for an unknown one
+    for name in sorted(names, key=is_adaptive):
+        own = {key: value for key, value in options.items() if key != "corrector" or name == NAME}
+        pilot = Pilot(system, name, own)
+        if is_adaptive(name):
+            for key in LENGTHS:
+                own.pop(key, None)
+            own["t_end"] = length_of(system, name, options)
+            if own.get("rtol") is None and (
+                rtol := _tolerance(pilot, evaluations, seconds, studies)
+            ):
+                own["rtol"] = rtol
+        elif evaluations is not None:
+            own["steps_per_period"] = pilot.steps(evaluations, pilot.evaluations)
+        elif seconds is not None:
+            own["steps_per_period"] = pilot.steps(seconds, pilot.seconds)
         if checkpoint is not None:
             file = pathlib.Path(checkpoint)
-            options["checkpoint"] = file.with_stem(f"{file.stem}-{name}")
-        found[name] = energy_drift(
-            system, name, steps_per_period=steps, periods=periods, progress=progress, **options
-        )
-    return found
+            several = len(names) > 1
+            own["checkpoint"] = file.with_stem(f"{file.stem}-{name}") if several else file
+        studies[name] = energy_drift(system, name, progress=progress, **own)
+    return Comparison((name, studies[name]) for name in names)
 
 
-class _Pilot:
-    """Short runs that measure the cost of a step of a method."""
-
-    def __init__(self, system, name, options):
-        self._system, self._name = system, name
-        self._options = {**options, "samples": 1, "checkpoint": None}
-        self._n_steps = PILOT_STEPS
-
-    def _run(self, steps):
-        return energy_drift(
-            self._system, self._name, steps_per_period=steps, n_steps=self._n_steps,
-            **self._options,
-        )  # fmt: skip
-
-    def evaluations(self, steps):
-        """The evaluations of a step; None if the equations of the step cannot be solved."""
-        study = self._run(steps)
-        return None if study.message else (study.nfev - 1) / study.n_steps
-
-    def seconds(self, steps):
-        """The shortest of three times of a step, s; None if its equations cannot be solved."""
-        study = self._run(steps)
-        while not study.message and study.seconds < PILOT_SECONDS:
-            self._n_steps *= 4
-            study = self._run(steps)
-        times = [study.seconds, *(self._run(steps).seconds for _ in range(2))]
-        return None if study.message else min(times) / study.n_steps
-
-    def steps(self, whole, cost, steps):
-        """The number of steps in a period with the total cost `whole`, by iteration.
-
-        The number must be iterated, because the cost of a step depends on the step size.
-        """
-        fewest = 0.0
-        for _ in range(ROUNDS):
-            one = cost(steps)
-            if one is None:
-                fewest = max(fewest, 2.0 * steps)
-            steps = fewest if one is None else max(whole / one, fewest)
-        return steps
+def _tolerance(pilot, evaluations, seconds, studies):
+    """`rtol` for the same work, or for the errors of the methods before; None if there are none."""
+    if evaluations is not None:
+        return pilot.tolerance(evaluations, "nfev")
+    if seconds is not None:
+        return pilot.tolerance(seconds, "seconds")
+    errors = [max(next(iter(s.drifts.values())).largest, EPS) for s in studies.values()]
+    return pilot.tolerance_of_error(statistics.geometric_mean(errors)) if errors else None

@@ -15,10 +15,9 @@ from fastdyn.compile.mode import DERIVATIVE, EVENT
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.state.record import FINISHED, RAISED
+from fastdyn.planets.run import NAME as WISDOM_HOLMAN
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments
-from fastdyn.problem.options import kinds
-from fastdyn.problem.options.calls import shown_when_wrong
 from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS, refused_by
 from fastdyn.problem.second_order_and_pairs import (
@@ -33,18 +32,28 @@ from fastdyn.run.checkpoint import Checkpoint, fingerprint
 from fastdyn.run.functions.followed import keep_true
 from fastdyn.run.laid_out import raise_kept
 from fastdyn.run.loop import announce, progress_bar
-from fastdyn.run.outcome import outcome
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
+from .methods import LOOKS, method_of, study_of
+from .rounding import BINS, NO_TOLERANCE, neighbour, of_rounding, steps_compared
 from .study import Study
-from .survey import Survey
+from .survey import Steps, Survey
 
 if TYPE_CHECKING:
-    from fastdyn.problem import argument_types as types
+    from fastdyn.problem.argument_types import Args, Path, State
+
+
+LENGTHS = ("step", "n_steps", "t_end", "periods", "steps_per_period")  # of a run, by its options
+RTOL = 1e-9  # of adaptive methods: at solve_ivp's 1e-3, the drift would be that of the tolerance
 
 
 @shown_when_wrong(
     "The state of a function is `y0=`, the end `t_end=` and what is followed `invariants=`: "
-    "energy_drift(fun, method, y0=y0, t_end=100.0, step=0.1, invariants={'energy': energy})."
+    "energy_drift(fun, method, y0=y0, t_end=100.0, step=0.1, invariants={'energy': energy}).",
+    checkpoint=kinds.path,
+    progress=kinds.flag,
+    rounding=kinds.flag,
 )
 def energy_drift(
     system: Any,
@@ -57,12 +66,14 @@ def energy_drift(
     steps_per_period: float | None = None,
     period: float | None = None,
     samples: int = 1000,
-    every: int = 1,
-    y0: types.State | None = None,
+    every: int | None = None,
+    y0: State | None = None,
     invariants: Mapping[str, Callable[..., Any]] | None = None,
-    args: types.Arguments | None = None,
-    checkpoint: types.Path | None = None,
+    args: Args | None = None,
+    checkpoint: Path | None = None,
     progress: bool = False,
+    rounding: bool = True,
+    corrector: int | None = None,
     **options: Any,
 ) -> Study:
     """
@@ -74,7 +85,7 @@ def energy_drift(
         A system, whose invariants are followed; or ``fun(t, y, *args)`` with `y0` and
         `invariants`; or ``(velocity, force)`` as in `solve_separable`, with y = [q, p].
     method : str
-        Any compiled method.
+        Any compiled method; for `Planets`, also "WisdomHolman".
     step, steps_per_period : float, optional
         Size of the constant steps, or the number of steps in a period.  Adaptive methods take
         `rtol` and `atol` instead.
@@ -84,8 +95,9 @@ def energy_drift(
         Length of a period; a system knows its period.
     samples : int
         Number of bins of which mean, minimum and maximum are kept.
-    every : int
-        Number of steps between two evaluations of the invariants.
+    every : int, optional
+        Number of steps between two evaluations of the invariants: 1, and for WisdomHolman, whose
+        outputs take long, so many that there are ten evaluations in a bin.
     y0 : array_like, shape (n,)
         Initial state of a function.
     invariants : dict of str to callable
@@ -96,8 +108,14 @@ def energy_drift(
         A file, written every few seconds, from which a stopped run goes on, bit for bit.
     progress : bool
         Show a progress bar.
+    rounding : bool
+        Estimate how much of the drift is rounding, by two shorter runs from starts that differ in
+        the last place: a tenth of the work of a long study.
+    corrector : int, optional
+        Order of the corrector of WisdomHolman, 17 by default: see `Planets.solve`.
     **options
-        `rtol`, `atol`, `max_step`, `first_step` of the adaptive methods, `compile`.
+        `rtol` (default 1e-9), `atol` (default a thousandth of `rtol` times the largest component of
+        `y0`), `max_step`, `first_step` of the adaptive methods, `compile`.
 
     Returns
     -------
@@ -129,20 +147,50 @@ def energy_drift(
     for name, value in lengths.items():
         if value is not None:
             kinds.number(name, value)
-    kinds.whole("every", every)
+    if every is not None:
+        kinds.whole("every", every)
     kinds.whole("samples", samples)
     kinds.flag("progress", progress)
+    kinds.flag("rounding", rounding)
     run = _Run(system, method, y0, invariants, args, period)
     length = run.length(step, n_steps, t_end, periods, steps_per_period)
     if length[0] is not None:
         options["step"] = length[0]
-    if every < 1 or samples < 1:
+    if (every is not None and every < 1) or samples < 1:
         raise ValueError("`every` and `samples` must be whole numbers of at least 1.")
-    given = (length[1], options, int(samples), int(every), checkpoint, progress)
-    return or_in_python(lambda: run.follow(*given))
+    if run.method.error_order:
+        given = {name: value for name, value in options.items() if value is not None}
+        options = tolerances(run.y0, given.get("rtol", RTOL)) | given
+    if corrector is not None:
+        if run.method.name != WISDOM_HOLMAN:
+            raise TypeError(f"`corrector` is for {WISDOM_HOLMAN}; {run.method.name} has none.")
+        options["corrector"] = corrector
+    given = (length[1], options, int(samples), every, checkpoint, progress)
+
+    def followed():
+        study = run.follow(*given)
+        if rounding and not study.message:
+            run.estimate_rounding(study, options, every)
+        return study
+
+    return or_in_python(followed)
+
+
+def tolerances(y0, rtol):
+    """`rtol` and an `atol` that matters for components far smaller than the largest only."""
+    return {"rtol": rtol, "atol": 1e-3 * rtol * (float(np.abs(y0).max(initial=0.0)) or 1.0)}
 
 
 OWN = {*inspect.signature(energy_drift).parameters} - {"options"}
+
+
+def length_of(system, method, options):
+    """The end of the run that `energy_drift` would make with these options."""
+    of_run, of_length = (
+        {name: options.get(name) for name in names}
+        for names in (("y0", "invariants", "args", "period"), LENGTHS)
+    )
+    return _Run(system, method, **of_run).length(**of_length)[1]
 
 
 class _Run:
@@ -174,9 +222,7 @@ class _Run:
                 raise TypeError("give `y0`, or a system, which has one.")
         if not self.invariants:
             raise ValueError("there are no `invariants` to follow.")
-        self.method, self.period = validate.method_named(method), period
-        if self.method is None:
-            raise ValueError(f"`method={method!r}` is SciPy's; a drift study needs a compiled one.")
+        self.method, self.period = method_of(system, method), period
         self.y0 = validate.initial_state(self.y0)
 
     def length(self, step, n_steps, t_end, periods, steps_per_period):
@@ -210,37 +256,54 @@ class _Run:
         callbacks = [b.callback for b in bounds if b.callback is not None]
         keep_true(functions, self.args, Near(0.0, t_end, self.y0), callbacks)
 
-    def follow(self, t_end, options, samples, every, checkpoint, progress):
-        """Run, and return the Study."""
-        n = len(self.y0)
+    def _survey(self, y0, t_end, options, samples, every):
+        """(problem, Survey) of a run, compiled."""
+        if self.method.name == WISDOM_HOLMAN:
+            steps = study_of(self.system, y0, t_end, options)
+            every = every or max(1, int(t_end / steps.h / (LOOKS * samples)))
+            return steps, Survey(steps, steps, self._followed(y0, t_end), samples, int(every))
         asked = Arguments(
-            fun=self.fun, t0=0.0, tf=t_end, y0=self.y0, t_eval=np.empty(0), args=self.args,
+            fun=self.fun, t0=0.0, tf=t_end, y0=y0, t_eval=np.empty(0), args=self.args,
             options=options,
         )  # fmt: skip
         if isinstance(self.fun, Pair):
-            check_pair(n, self.method)
+            check_pair(len(y0), self.method)
             mode = DERIVATIVE
         else:
             mode = mode_for(asked, self.method)
         p = validate.problem(asked, self.method, mode)
         if p.jac is not None:
-            raise TypeError("a drift study takes no `jac`: it is exact, or by differences.")
+            raise TypeError(
+                "a drift study takes no `jac`: its Jacobian is exact or by differences."
+            )
         probe_equations(p)
         bound = bind_equations(p)
+        followed = self._followed(y0, t_end)
+        survey = Survey(p, Steps(p, bound), followed, samples, int(every or 1))
+        self._keep_true(survey.bounds, bound, followed, t_end)
+        return p, survey
+
+    def _followed(self, y0, t_end):
+        """The invariants, compiled."""
         followed = [
-            bind(f, self.args, EVENT, n, Near(0.0, t_end, self.y0))
+            bind(f, self.args, EVENT, len(y0), Near(0.0, t_end, y0))
             for f in self.invariants.values()
         ]
         for one in followed:
-            evaluate(one.python, EVENT, 0.0, self.y0.copy())
-        survey = Survey(p, bound, followed, samples, every)
+            evaluate(one.python, EVENT, 0.0, y0.copy())
+        return followed
+
+    def follow(self, t_end, options, samples, every, checkpoint, progress):
+        """Run, and return the Study."""
+        asked = time.perf_counter()
+        p, survey = self._survey(self.y0, t_end, options, samples, every)
         announce(survey.bounds)
-        self._keep_true(survey.bounds, bound, followed, t_end)
         file = None
         if checkpoint is not None:
             header = {
                 "method": p.method.name, "end of the run": t_end, "samples": samples,
-                "every": every, "step": p.h, "tolerances": repr((p.rtol, p.atol, p.h_max)),
+                "every": int(survey.record[0]["every"]), "step": p.h,
+                "settings": repr(survey.steps.settings),
                 "initial state": self.y0.tolist(),
                 "functions": fingerprint(survey.bounds),
             }  # fmt: skip
@@ -264,9 +327,30 @@ class _Run:
             raise_kept(survey.bounds, p)
         if file is not None:
             file.save(survey.arrays())
-        seconds = time.perf_counter() - began
-        message = "" if status == FINISHED else outcome(status, survey.state, survey.work, p)[1]
+        times = (survey.seconds, began - asked)
+        survey.steps.tell()
+        message = "" if status == FINISHED else survey.steps.message(status)
         return Study(
-            self.system if not self.moved else None, p, list(self.invariants), survey, seconds,
+            self.system if not self.moved else None, p, list(self.invariants), survey, times,
             message,
         )  # fmt: skip
+
+    def estimate_rounding(self, study, options, every):
+        """Set the `rounding` of the drifts of a study."""
+        if study.rtol is not None and study.rtol > NO_TOLERANCE:
+            return  # the error is that of the tolerance
+        t_end = float(study.t[-1])
+        compared = t_end * steps_compared(study.n_steps) / study.n_steps
+        runs = []
+        for y0 in (self.y0, neighbour(self.y0)):
+            _, survey = self._survey(y0, compared, options, BINS, every)
+            if survey.run(None, None) != FINISHED:
+                return
+            runs.append(survey.filled())
+        n = min(len(t) for t, _, _ in runs)
+        if n < 2:
+            return
+        states, changes = ([run[i][:n] for run in runs] for i in (1, 2))
+        found = of_rounding(runs[0][0][:n], states, changes, t_end, study.rtol is None)
+        for drift, size in zip(study.drifts.values(), found, strict=True):
+            drift.rounding = float(size) / (abs(drift.start) or 1.0)

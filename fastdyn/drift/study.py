@@ -14,7 +14,7 @@ from .growth import Growth, growth
 from .phase import phase
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass
 class Drift:
     """The drift of one invariant.
 
@@ -30,6 +30,9 @@ class Drift:
         Mean, minimum and maximum of the change in each bin.
     growth : Growth
         Slope, exponent and verdict.
+    rounding : float
+        Size at the end of the part of the change that is rounding, as a random walk; NaN if that
+        was not asked for, or cannot be told because the motion is chaotic.
     """
 
     name: str
@@ -40,6 +43,13 @@ class Drift:
     low: np.ndarray
     high: np.ndarray
     growth: Growth
+    rounding: float = math.nan
+
+    def verdict(self):
+        """The growth in words, and how much of the change is rounding."""
+        if not math.isfinite(self.rounding):
+            return self.growth.verdict
+        return f"{self.growth.verdict}, rounding {self.rounding:.1e}"
 
 
 class Study:
@@ -50,10 +60,11 @@ class Study:
     ----------
     method : str
     step : float
-        0 for adaptive methods.
+        0 for adaptive methods, which have `rtol`.
+    rtol : float or None
     n_steps, nfev : int
-    seconds : float
-        Wall time of this call.
+    seconds, preparation : float
+        Wall time of the steps, and of what came before them: tracing, compiling.
     t : ndarray, shape (n_bins,)
         Ends of the bins.
     y : ndarray, shape (n, n_bins)
@@ -66,12 +77,13 @@ class Study:
         The reason of an early end; empty otherwise.
     """
 
-    def __init__(self, system, problem, names, survey, seconds, message):
+    def __init__(self, system, problem, names, survey, times, message):
         counts = Counted(*counters(survey.state))
         n_bins, n_looks = int(survey.record["i_bin"][0]), int(survey.record["n"][0])
-        self.system, self.message, self.seconds = system, message, seconds
+        self.system, self.message, (self.seconds, self.preparation) = system, message, times
         self.method = problem.method.name
         self.step = 0.0 if problem.method.error_order else problem.h
+        self.rtol = float(np.max(problem.rtol)) if problem.method.error_order else None
         self.n_steps = counts.n_accepted
         self.nfev = counted(problem.method, counts)["nfev"]
         self.t = survey.t_bins[:n_bins]
@@ -129,8 +141,9 @@ class Study:
         return plot_studies({self.method: self}, **options)
 
 
+SAID = 0.05  # seconds of preparation above which the table tells them
 HEAD = (
-    f"{'method':<22}{'invariant':<18}{'step':>10}{'steps':>11}{'evaluations':>13}{'us / time':>11}"
+    f"{'method':<22}{'invariant':<18}{'step':>12}{'steps':>11}{'evaluations':>13}{'us / time':>11}"
     f"{'largest':>10}{'rms':>10}{'exponent':>17}  verdict"
 )
 
@@ -140,6 +153,7 @@ def table(studies):
     lines = [HEAD]
     for label, study in studies.items():
         span = study.t[-1] if len(study.t) else math.nan
+        step = f"{study.step:.3g}" if study.rtol is None else f"rtol {study.rtol:.0e}"
         for drift in study.drifts.values():
             g = drift.growth
             exponent = f"{'none yet':>17}"
@@ -147,10 +161,14 @@ def table(studies):
                 low, high = g.interval
                 exponent = f"{g.exponent:>6.2f} ({low:.2f}-{high:.2f})"
             lines.append(
-                f"{label:<22}{drift.name:<18}{study.step:>10.3g}{study.n_steps:>11}{study.nfev:>13}"
+                f"{label:<22}{drift.name:<18}{step:>12}{study.n_steps:>11}{study.nfev:>13}"
                 f"{study.seconds / span * 1e6:>11.3g}{drift.largest:>10.1e}{drift.rms:>10.1e}"
-                f"{exponent}  {g.verdict}"
+                f"{exponent}  {drift.verdict()}"
             )
         if study.message:
             lines.append(f"  {study.message}")
+    spent = {label: s.preparation for label, s in studies.items() if s.preparation > SAID}
+    if spent:
+        each = ", ".join(f"{label} {seconds:.2g} s" for label, seconds in spent.items())
+        lines.append(f"before the first step, to trace and to compile: {each}")
     return "\n".join(lines)

@@ -10,24 +10,70 @@ from fastdyn.compile.python_callback import interruptible
 from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, Bins
 from fastdyn.kernels.state.record import RUNNING, Solve, Y
 from fastdyn.run.begin import begin
+from fastdyn.run.checkpoint import fill
 from fastdyn.run.functions.compared import AT_FIRST, NEVER, WHEN, Schedule, compare_at
 from fastdyn.run.loop import next_chunk
-from fastdyn.run.matrices.layouts import full_matrices
+from fastdyn.run.matrices.layouts import matrices_of_member
+from fastdyn.run.outcome import outcome
 from fastdyn.specialise.scalar import open_survey_kernel, start_kernel, survey_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
 
 FIRST_STEPS = 64
 
 
-class Survey:
-    """The arrays of a study in progress, and the chunk loop over them."""
+class Steps:
+    """The arrays and kernels of a method for any equations.
 
-    def __init__(self, problem, bound, followed, samples, every):
+    Attributes
+    ----------
+    state, work, block : ndarray
+        As kernels take them.
+    bounds : list of Bound
+        The equations, to be compared with their code.
+    settings : tuple
+        What distinguishes the run from others, for its checkpoint.
+    """
+
+    def __init__(self, problem, bound):
+        p = self._problem = problem
+        self.bounds, self.block = [*bound.pair, bound], bound.block
+        self.settings = (p.rtol, p.atol, p.h_max)
+        self._matrices = matrices_of_member(p, bound, ())
+        self.state, self.work = begin(p, self._matrices.rows)
+        self._tier = Tier(p, bound)  # compiles
+        self._start = start_kernel(p.method.name, bool(bound.pair))
+
+    @property
+    def address(self):
+        """The address of the stepping kernel."""
+        return self._tier.address
+
+    def start(self):
+        """The first derivative and step; the status."""
+        solve, method = Solve(self.state, self.work, self.block), self._problem.method
+        return Call(self._start, *solve, method.error_order, method.fsal_stage)()
+
+    def took(self, seconds):
+        """Count the time of a chunk, after which a faster kernel may take over."""
+        self._tier.record_time(seconds)
+        self._tier.promote()
+
+    def tell(self):
+        """Nothing to warn of after a run."""
+
+    def message(self, status):
+        """The sentence about a run that ended with a failure."""
+        return outcome(status, self.state, self.work, self._problem)[1]
+
+
+class Survey:
+    """The arrays of a study in progress, and the chunk loop over them; its time in `seconds`."""
+
+    def __init__(self, problem, steps, followed, samples, every):
         p, n, m = problem, len(problem.y0), len(followed)
-        self._problem, self._bound, self._followed = p, bound, followed
-        self.bounds = [*bound.pair, bound, *followed]
-        self.state, self.work = begin(p)
-        self._matrices = full_matrices(p, bound, ())
+        self._problem, self.steps, self._followed = p, steps, followed
+        self.bounds = [*steps.bounds, *followed]
+        self.state, self.work = steps.state, steps.work
         self.invariants: Any = np.zeros(m, INVARIANT)
         self.record: Any = np.zeros(1, SURVEY)
         self.record[0]["every"] = every
@@ -35,8 +81,9 @@ class Survey:
         self.bins = np.zeros((m, 3, samples))
         self.t_bins, self.y_bins = np.zeros(samples), np.zeros((samples, n))
         self._scratch = np.zeros(max(n, 1))
-        self._fresh = True
+        self._fresh, self.seconds = True, 0.0
         self._point()
+        self._kernels = survey_kernel(), open_survey_kernel()  # compiles
 
     def _point(self):
         for record, bound in zip(self.invariants, self._followed, strict=True):
@@ -50,11 +97,7 @@ class Survey:
     def restore(self, arrays):
         """Go on from a checkpoint's arrays, if there are any; ValueError for those of no survey."""
         if arrays is not None:
-            for name, mine in self.arrays().items():
-                array = arrays.get(name)
-                if array is None or (array.shape, array.dtype) != (mine.shape, mine.dtype):
-                    raise ValueError(f"the checkpoint is not of this run: its `{name}` is another.")
-                mine[...] = array
+            fill(self.arrays(), arrays)
             self._fresh = False
             self._point()
 
@@ -62,34 +105,37 @@ class Survey:
     def t(self):
         return float(self.state["t"][0])
 
+    def filled(self):
+        """Times, states and means of the changes of the invariants, of the bins so far."""
+        n = int(self.record["i_bin"][0])
+        return self.t_bins[:n], self.y_bins[:n], self.bins[:, 0, :n].T * self.invariants["scale"]
+
     def run(self, file, bar):
         """Step to the end, or to a failure; the status."""
         p = self._problem
         callbacks = [b.callback for b in self.bounds if b.callback is not None]
-        tier = Tier(p, self._bound)
+        steps, (look, opened) = self.steps, self._kernels
         status, chunk, past = RUNNING, FIRST_STEPS, Schedule(WHEN)
-        solve = Solve(self.state, self.work, self._bound.block)
+        solve = Solve(self.state, self.work, steps.block)
         survey = Call(
-            survey_kernel(), tier.address, *solve, self.record,
+            look, steps.address, *solve, self.record,
             self.invariants, *Bins(self.edges, self.bins, self.t_bins, self.y_bins),
             self._scratch, chunk,
         )  # fmt: skip
         if self._fresh:
-            start = start_kernel(p.method.name, bool(self._bound.pair))
-            status = Call(start, *solve, p.method.error_order, p.method.fsal_stage)()
+            status = steps.start()
             if status == RUNNING:
-                opened = (self.invariants, p.t0, self.work[0], self._scratch)
-                status = Call(open_survey_kernel(), *opened)()
+                status = Call(opened, self.invariants, p.t0, self.work[0], self._scratch)()
         with interruptible(callbacks):
             while status == RUNNING:
                 began = time.perf_counter()
-                survey["advance"], survey["n"] = tier.address, chunk
+                survey["advance"], survey["n"] = steps.address, chunk
                 status = survey()
+                spent = time.perf_counter() - began
+                self.seconds += spent
                 if past.after_one():
                     compare_at(self.bounds, self.t, self.work[Y].copy())
-                spent = time.perf_counter() - began
-                tier.record_time(spent)
-                tier.promote()
+                steps.took(spent)
                 chunk = next_chunk(chunk, spent)
                 if bar is not None:
                     bar.update(abs(self.t - p.t0) - bar.n)

@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from fastdyn.compile.bind import bind
 from fastdyn.compile.callables import codes
 from fastdyn.compile.compare import Different, compare_along
-from fastdyn.compile.derivatives.compare import compare_jacobian
+from fastdyn.compile.derivatives.compare import compare_jacobian, compare_sensitivities
 from fastdyn.kernels.state.record import FINISHED, Y
 from fastdyn.run.functions import compared
 from fastdyn.run.solve_problem import run_of
@@ -36,9 +35,11 @@ def compare_trajectories(ensemble, results):
         times, states = _states(p, results, i, -(-count // FEW))
         for j, (fun, mode, n) in enumerate(functions_of(p)):
             bound = _bound(members, p, fun, mode, n, i) if callable(fun) else None
+            if mode.sensitivities:
+                compare_sensitivities(bound, fun, members.args(i), times, states)
             if bound is None or bound.function is None or not mode.compared:
                 continue
-            compare_along(bound, times, states)
+            compare_along(bound, times, compared.parts(bound, states))
             if j == 0 and (run := _alone(ensemble, results, i)) is not None:
                 run.begin(run.problem.y0, run.problem.max_steps, run.compared.most_places)
                 compared.compare(run, -(-count // FEW), {})
@@ -52,9 +53,7 @@ def compare_trajectories(ensemble, results):
 
 def _bound(members, problem, fun, mode, n, i):
     """The Bound of a function for a trajectory; all trajectories share its code."""
-    varying = tuple([j + 1 for j in members.varying])
-    near = members.near(problem, n)
-    return bind(fun, members.args(i), mode, n, near, varying=varying)
+    return members.bound(fun, members.args(i), mode, n, members.near(problem, n))
 
 
 def _due(bound):
@@ -103,11 +102,13 @@ def _compare_alone(ensemble, results, i, bound):
         return
     p, start = run.problem, run.problem.y0
     constant = not p.method.error_order  # the last step may pass the end, which is interpolated
+    mine = np.array(results.y_end[i])
+    rounding = EPS * np.maximum(np.abs(start), np.abs(mine))  # also of a start at zero
     for sign in (0.0, 1.0, -1.0):
-        if run.solve(start * (1.0 + sign * EPS)) != FINISHED:
+        if run.solve(start + sign * rounding) != FINISHED:
             return
         ends.append((run.view("output.y")[0] if constant else run.view("solve.work")[Y]).copy())
-    mine, (alone, *others) = np.array(results.y_end[i]), ends
+    alone, *others = ends
     spread = max(float(np.max(np.abs(other - alone))) for other in others)
     size = np.max(np.abs(alone), initial=0.0)
     atol = np.broadcast_to(p.atol, alone.shape)

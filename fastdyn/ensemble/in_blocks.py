@@ -92,11 +92,6 @@ def executor_of(client):
         return _Here(), 1
     if hasattr(client, "get_executor"):  # of dask; an adaptive cluster may have no worker yet
         return client.get_executor(pure=False), 2 * max(2, sum(client.nthreads().values()))
-    if not hasattr(client, "submit"):
-        raise TypeError(
-            "`client` must be a dask.distributed.Client or a concurrent.futures.Executor; "
-            f"got {client!r}."
-        )
     return client, 2 * (getattr(client, "_max_workers", None) or n_processors())
 
 

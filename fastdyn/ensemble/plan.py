@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.compile.mode import ACCELERATION, COMPLEX_NUMBERS, DERIVATIVE
-from fastdyn.compile.python_callback import evaluate
+from fastdyn.compile.python_callback import called_with, evaluate
 from fastdyn.compile.sentences import Uncompilable
 from fastdyn.kernels.methods.taylor.accuracy import order_of_many
 from fastdyn.problem import mass, validate
@@ -20,21 +20,27 @@ from fastdyn.problem.second_order_and_pairs import check_second_order
 from fastdyn.run.functions.switching import switching_of_members
 
 from . import reductions, times
+from .longer import sensitive
 
 SIMD = ("auto", True, False)
 OWN = {"t_eval", "events", "reduce", "threads", "progress", "simd", "client", "store", "block"}
+BEFORE = ("fun", "t_span", "y0", "args", "method")
 FEW = 8  # most starts at which a function is tried
 ORDERED = ("final", "first_event")  # reductions of complex states
 
 
 class Ensemble(NamedTuple):
-    """A checked ensemble; `vector` is None if each trajectory runs alone, for the `reason`."""
+    """A checked ensemble; `vector` is None if each trajectory runs alone, for the `reason`.
+
+    `directions` are those of `sensitivity`, empty without it.
+    """
 
     members: Members
     problem: validate.Problem
     vector: Any
     reason: str
     wanted: tuple
+    directions: Any
 
 
 def sizes(ensemble):
@@ -58,7 +64,7 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     for name in (*refused_by("solve_ensemble"), "dense_output"):
         if name in options:
             raise TypeError(f"an ensemble takes no `{name}`.")
-    refuse_unknown("an ensemble", options, OPTIONS.keys() | OWN)
+    refuse_unknown("an ensemble", options, OPTIONS.keys() | OWN, BEFORE)
     validate.function(fun)
     t0, tf = validate.time_span(t_span)
     if t0 == tf:
@@ -69,25 +75,25 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     usual = members.y0[members.finite]
     smallest = abs(usual).min(axis=0) if len(usual) else np.ones(members.n)
     events, members.times = times.common(events, options, t0, tf, members.count)
-    options = {name: value for name, value in options.items() if name not in SHORTHANDS}
+    sensitivity = options.get("sensitivity")
+    options = {k: value for k, value in options.items() if k not in (*SHORTHANDS, "sensitivity")}
     mass.refuse(options, ours, members.y0)
     asked = Arguments(
         fun=fun, t0=t0, tf=tf, y0=smallest, t_eval=t_eval, events=events, args=members.first,
         options=options,
     )  # fmt: skip
     if callable(options.get("mass")) and members.count:
-        usual = asked._replace(y0=members.state(members.usual))
-        fun, _ = mass.equations_of(usual, ours, DERIVATIVE)
-        asked = asked._replace(fun=fun).with_options(mass=None)
+        asked = _with_mass_in_fun(asked, ours, members)
+    fun = asked.fun
     mode, n = COMPLEX_NUMBERS if members.complex else DERIVATIVE, members.n
     if ours.second_order and not members.complex:
         mode, n = ACCELERATION, members.n // 2
         if members.count:
             check_second_order(fun, t0, members.state(members.usual), members.first, ours.name)
-    if members.complex:
-        problem = _on_pairs(asked, ours, wanted)
-    else:
-        problem = validate.problem(asked, ours, mode)
+    complex_states = members.complex
+    problem = (
+        _on_pairs(asked, ours, wanted) if complex_states else validate.problem(asked, ours, mode)
+    )
     acts = problem.on_event or any(each.jump is not None for each in problem.schedules)
     begins_anew = not ours.error_order and (acts or problem.schedules)
     if acts or begins_anew:
@@ -97,23 +103,41 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
         mode, n = moments, members.n
 
     def probe():
-        _probe(members, lambda i: lambda t, y: fun(t, y, *members.args(i)), mode, t0, n)
+        _probe(members, lambda i: called_with(fun, members.args(i)), mode, t0, n)
 
-    bound, _ = members.bind(problem.fun, mode, n, members.near(problem, n), probe)
+    if sensitivity is None:
+        directions = ()
+        bound, _ = members.bind(problem.fun, mode, n, members.near(problem, n), probe)
+    else:
+        directions, problem, bound = sensitive.bound(asked, problem, members, sensitivity, wanted)
     problem, members.segments = switching_of_members(problem, members, bound)
-    vector, reason = None, "`simd` is False"
-    if simd is not False:
-        try:
-            if begins_anew:
-                raise Uncompilable("constant steps begin anew after each jump and scheduled time")
-            if members.complex:
-                raise Uncompilable("complex states have no form for vectors")
-            vector, reason = _vector_kernel(problem, members, wanted)
-        except Uncompilable as error:
-            reason = str(error)
-            if simd is True:
-                raise ValueError(f"`fun` has no form for vectors: {reason}.") from error
-    return Ensemble(members, problem, vector, reason, wanted)
+    vector, reason = _lanes(simd, problem, members, wanted, begins_anew)
+    return Ensemble(members, problem, vector, reason, wanted, directions)
+
+
+def _lanes(simd, problem, members, wanted, begins_anew):
+    """The kernel for vectors, or None, and why trajectories, or events and folds, run alone."""
+    if simd is False:
+        return None, "`simd` is False"
+    try:
+        if begins_anew:
+            raise Uncompilable("constant steps begin anew after each jump and scheduled time")
+        if members.complex:
+            raise Uncompilable("complex states have no form for vectors")
+        if problem.mode.sensitivities:
+            raise Uncompilable("a state with sensitivities has no form for vectors")
+        return _vector_kernel(problem, members, wanted)
+    except Uncompilable as error:
+        if simd is True:
+            raise ValueError(f"`fun` has no form for vectors: {error}.") from error
+        return None, str(error)
+
+
+def _with_mass_in_fun(asked, method, members):
+    """The Arguments of a problem whose `mass` is a function."""
+    usual = asked._replace(y0=members.state(members.usual))
+    fun, _ = mass.equations_of(usual, method, DERIVATIVE)
+    return asked._replace(fun=fun).with_options(mass=None)
 
 
 def _on_pairs(asked, method, wanted):
@@ -143,7 +167,22 @@ def _probe(members, function, mode, t0, n):
         except Exception as error:
             errors.append(error)
     if errors:
+        if members.count > 1 and _runs_transposed(members, function, mode, t0):
+            m, n = members.y0.shape
+            errors[0].add_note(
+                f"`y0` has a state in each row, {m} states of {n} numbers here. Is it transposed? "
+                f"y0.T has {n} states of {m}."
+            )
         raise errors[0]
+
+
+def _runs_transposed(members, function, mode, t0):
+    """Whether a function that fails for each row of the states takes their columns."""
+    try:
+        evaluate(function(0), mode, t0, np.ascontiguousarray(members.y0[:, 0]))
+    except Exception:
+        return False
+    return True
 
 
 def _vector_kernel(problem, members, wanted):

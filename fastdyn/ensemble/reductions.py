@@ -9,6 +9,8 @@ from fastdyn.compile.mode import MOMENTS as OF_MOMENTS
 from fastdyn.kernels.output.extrema import MAX, MIN, T_MAX, T_MIN
 from fastdyn.problem.events import of_own
 from fastdyn.problem.schedules import in_order
+from fastdyn.words import kinds
+from fastdyn.words.near import did_you_mean
 
 EXTREMA = {"max": MAX, "max_time": T_MAX, "min": MIN, "min_time": T_MIN}
 MOMENTS = ("mean", "rms")
@@ -58,15 +60,19 @@ def wanted(reduce, events):
     """The argument `reduce`, checked, as a tuple of names and Folds."""
     if reduce is None:
         return ()
+    if not isinstance(reduce, str | Fold):
+        kinds.several("reduce", reduce)
     items = (reduce,) if isinstance(reduce, str | Fold) else tuple(reduce)
     for item in items:
         if isinstance(item, Fold):
-            if not callable(item.function) or not math.isfinite(item.start):
+            kinds.function_of("(value, t, y)")("function of a Fold", item.function)
+            kinds.number("start of a Fold", item.start)
+            if not math.isfinite(item.start):
                 raise ValueError(f"a Fold takes a function and a finite number; got {item!r}.")
         elif item not in NAMES:
-            raise ValueError(
-                f"`reduce={item!r}` is unknown; choose from {', '.join(NAMES)}, or give a Fold."
-            )
+            advice = did_you_mean(item, NAMES, form='"{}"')
+            advice = advice or f"choose from {', '.join(NAMES)}, or give a Fold."
+            raise ValueError(f"`reduce={item!r}` is unknown; {advice}")
     names = [name_of(item) for item in items]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"`reduce` names {', '.join(twice)} twice; give a Fold another `name`.")

@@ -10,29 +10,44 @@ from fastdyn.compile.bind import or_in_python
 from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.validate import time_span
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from .compared import compare_trajectories
-from .discrete import HybridTrajectories, with_discrete
+from .longer.discrete import HybridTrajectories, with_discrete
+from .longer.sensitive import SensitiveTrajectories
 from .plan import planned, sizes
 from .results import Results
 from .threads import solve_here
 from .trajectories import Trajectories
 
 if TYPE_CHECKING:
-    from fastdyn.problem import argument_types as types
+    from fastdyn.problem.argument_types import (
+        Args,
+        Function,
+        Functions,
+        Method,
+        State,
+        Times,
+        TimeSpan,
+    )
 
     from .reductions import Fold
 
 
+@shown_when_wrong(
+    client=kinds.executor, store=kinds.store, threads=kinds.number, progress=kinds.flag,
+    block=kinds.number,
+)  # fmt: skip
 @filled("solve_ensemble")
 def solve_ensemble(
-    fun: types.Function,
-    t_span: types.TimeSpan,
-    y0: types.State,
-    args: types.Arguments = (),
-    method: types.Method = "RK45",
-    t_eval: types.Times | None = None,
-    events: types.Functions | None = None,
+    fun: Function,
+    t_span: TimeSpan,
+    y0: State,
+    args: Args = (),
+    method: Method = "RK45",
+    t_eval: Times | None = None,
+    events: Functions | None = None,
     reduce: str | Fold | Sequence[str | Fold] | None = None,
     threads: int | None = None,
     progress: bool = False,
@@ -80,7 +95,9 @@ def solve_ensemble(
     **options
         {options}, as in `solve_ivp`.  Schedules of
         ``fastdyn.at(rows)`` among the events have times of each trajectory; `discrete`, of shape
-        (M, m) or (m,), has discrete states; the result has a field `discrete`, too.
+        (M, m) or (m,), has discrete states; the result has a field `discrete`, too.  With
+        `sensitivity`, trajectories run one by one, and the result has the field `sensitivity`, of
+        shapes (M, n, ..., n_times) or (M, n, ...): the bits of solve_ivp.
 
     Returns
     -------
@@ -100,6 +117,11 @@ def solve_ensemble(
     `Trajectories.width` and `reason` tell.
     """
     n_discrete, discrete = 0, options.pop("discrete", None)
+    if options.get("sensitivity") is not None:
+        others = {"discrete": discrete, "client": client, "store": store}
+        for name, value in {**others, "mass": options.get("mass")}.items():
+            if value is not None:
+                raise ValueError(f"an ensemble with `sensitivity` takes no `{name}`.")
     if discrete is not None:
         if store is not None:
             raise ValueError("a `store` has states alone: `discrete` is for ensembles without it.")
@@ -111,11 +133,26 @@ def solve_ensemble(
         longer, n_discrete = with_discrete(asked)
         fun, y0, events, options = longer.fun, longer.y0, longer.events, longer.options
     given = (fun, t_span, y0, args, method, t_eval, events, reduce, simd, options)
-    how = (threads, progress, client, store, block, options, n_discrete)
-    return or_in_python(lambda: _solve(planned(*given), *how))
+    how = (threads, progress, client, store, block, options)
+
+    def solve():
+        ensemble = planned(*given)
+        return solved(ensemble, _kind(ensemble, n_discrete), *how)
+
+    return or_in_python(solve)
 
 
-def _solve(ensemble, threads, progress, client, store, block, options, n_discrete):
+def _kind(ensemble, n_discrete):
+    """The class of the result."""
+    if n_discrete:
+        return functools.partial(HybridTrajectories, n_discrete)
+    if ensemble.directions:
+        return functools.partial(SensitiveTrajectories, ensemble.directions)
+    return Trajectories
+
+
+def solved(ensemble, kind, threads, progress, client=None, store=None, block=None, options=None):
+    """The Trajectories, of a `kind`, of a plan.Ensemble."""
     if client is None and store is None:
         results = Results(*sizes(ensemble))
         solve = functools.partial(solve_here, ensemble, results, threads)
@@ -125,8 +162,7 @@ def _solve(ensemble, threads, progress, client, store, block, options, n_discret
         results, solve = in_blocks(ensemble, client, store, block, threads, options)
     p, vector = ensemble.problem, ensemble.vector
     width = vector.width if vector else 1
-    of_results = p, ensemble.members, results, width, ensemble.reason, ensemble.wanted
-    done = HybridTrajectories(n_discrete, *of_results) if n_discrete else Trajectories(*of_results)
+    done = kind(p, ensemble.members, results, width, ensemble.reason, ensemble.wanted)
     bar = _bar(ensemble.members.count, p.method.name) if progress else None
     try:
         solve(bar)

@@ -8,7 +8,8 @@ import numpy as np
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.plot.displayed import display
 from fastdyn.problem.schedules import in_order
-from fastdyn.run.result import FIELDS, Counted, OdeResult, counted
+from fastdyn.run.result import COUNTS, FIELDS, Counted, OdeResult, counted
+from fastdyn.words.near import did_you_mean
 
 from . import reductions
 from .labels import argument_labels, component_labels, initial_labels
@@ -100,7 +101,11 @@ class Trajectories:
             found = self.counted()
             if name in found:
                 return found[name]
-        raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
+        known = [each for each in (*dir(self), *(f.name for f in COUNTS)) if each[0] != "_"]
+        said = "" if name.startswith("_") else did_you_mean(name, known)
+        raise AttributeError(
+            f"{type(self).__name__!r} has no attribute {name!r}{f'; {said}' if said else ''}"
+        )
 
     @property
     def event_names(self):
@@ -178,7 +183,7 @@ class Trajectories:
         components : name, int or list of them, optional
             Components of the state; by default the first eight.
         **options
-            Options of ``matplotlib.pyplot.figure``.
+            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
 
         Returns
         -------
@@ -228,6 +233,8 @@ class Trajectories:
         return self._parts_at_events(slice(self._n))
 
     def __getitem__(self, i):
+        if isinstance(i, str):
+            raise TypeError(f"trajectories are numbered: ensemble[0][{i!r}], or ensemble.y.")
         i = range(len(self))[i]
         n = int(self._results.counts[i, 3])
         if self._problem.t_eval is None:

@@ -20,7 +20,7 @@ from fastdyn.problem.events import between_steps
 from fastdyn.problem.step_options import last_time
 from fastdyn.run.begin import begin, event_table, jumps_at_once, schedule_table, watch_of
 from fastdyn.run.loop import Progress, next_chunk, reached
-from fastdyn.run.matrices.layouts import full_matrices
+from fastdyn.run.matrices.layouts import matrices_of_member
 from fastdyn.run.matrices.mass import mass_of
 from fastdyn.run.memory import scratch_shape
 from fastdyn.run.output import OUTPUT_RECORD
@@ -58,12 +58,13 @@ class Worker:
         p, n = problem, len(problem.y0)
         self.found, self._chunk = [], 100
         width, n_events = vector.width if vector else 1, len(p.events or ())
-        state, work = begin(p)
         segments, rows_of_segments = members.segments or (
             p.segments,
             np.array([0, len(p.segments)]),
         )
         places = self._bind(p, members, folds)
+        state, work = begin(p, self._matrices.rows)
+        places += members.tolerances(work)
         scheduled = of_members(schedule_table(p, self._between), members)
         at_events = n_events > 0 and vector is not None and vector.watches
         at_folds = len(folds) > 0 and vector is not None and vector.accumulates
@@ -108,7 +109,7 @@ class Worker:
             address = bound.block.ctypes.data
             places += [(address + 8 * at, column, 0) for at, column in offsets]
         others = self.bounds[1 : len(self.bounds) - len(folds)]
-        self._matrices = full_matrices(p, self.bounds[0], others)
+        self._matrices = matrices_of_member(p, self.bounds[0], others)
         self._mass = mass_of(p, self.bounds[0])
         self._between = self._mass.consistent(self.bounds[1:])
         return places

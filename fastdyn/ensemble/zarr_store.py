@@ -7,12 +7,11 @@ compares when Zarr reads the chunk.
 """
 
 import hashlib
-import warnings
 from typing import Any
 
 import numpy as np
 
-from fastdyn.compile.sentences import levels_inside
+from fastdyn.compile.sentences import warn
 from fastdyn.kernels.state.record import INTERRUPTED
 from fastdyn.run.checkpoint import refuse_other
 from fastdyn.run.resume import FUNCTIONS
@@ -52,8 +51,8 @@ class Archived(Results):
     def __init__(self, store, sizes, members, header, t_eval, n, block):
         if header[FUNCTIONS] is None:
             raise ValueError(
-                "`store` needs functions that compile and that refer to nothing which only this "
-                "process knows: a broken run could not be told from another one."
+                "`store` needs functions that compile, and that use no object which exists in this "
+                "process alone: a store must tell its run from other runs."
             )
         count, n_extended, _, *others = sizes
         super().__init__(count, n_extended, 0, *others)
@@ -104,10 +103,7 @@ class Archived(Results):
         damaged.update(i for i in done if left_out[self._rows(i)].all())
         damaged = sorted(i for i in damaged if self._finished[i])
         if damaged:
-            warnings.warn(
-                f"`store={self._store!r}`: damaged, and solved again, are the blocks {damaged}.",
-                stacklevel=levels_inside(),
-            )
+            warn(f"`store={self._store!r}`: damaged, and solved again, are the blocks {damaged}.")
         self._finished[damaged] = False
         there = np.repeat(self._finished, self.block)[: len(self.status)]
         for name, (kept, _) in arrays.items():

@@ -1,5 +1,6 @@
 """An exploration: a system with its values, one or two ways to solve it, and the results."""
 
+import copy
 import dataclasses
 import time
 from typing import Any
@@ -7,16 +8,17 @@ from typing import Any
 import numpy as np
 
 from fastdyn.kernels.methods import METHODS
+from fastdyn.plot.chords import times
 from fastdyn.plot.scene import frame
 from fastdyn.plot.solution import between
 from fastdyn.problem.options.table import OPTIONS
 
-from .curve import times
 from .sliders import slider
 
 POINTS = 500  # points of the curve of an invariant, two for each bin
 COARSE = 25  # scenes from which the frame of the picture is found, beside the extremes
 MOST_STEPS = 100_000  # most steps of a solve, so that no slider makes a page wait
+HAND = 5  # digits of a place that a hand chose: more than pixels
 GROUND = "ground"  # the event at which a run ends
 
 
@@ -103,9 +105,15 @@ class Exploration:
         self.ways = [Way()]
         self.project = False
         self.shown: list[Shown] = []
-        self._warm: set = set()
+        self._warm: set = set()  # shared by the copies
         n = len(source.make.states)
         self.across, self.upwards = 0, n // 2 if n > 1 else 0
+
+    def copied(self):
+        """The exploration as it is now, which further changes leave alone."""
+        found = copy.copy(self)
+        found.values, found.ways = dict(self.values), [copy.copy(way) for way in self.ways]
+        return found
 
     @property
     def system(self) -> Any:
@@ -125,10 +133,15 @@ class Exploration:
         return list(self.y0) if self.y0 is not None else list(self.system.initial_state())
 
     def drag(self, x, y):
-        """Move the start to a point of the phase plane."""
+        """Move the start to a point of the phase plane, in round numbers."""
         y0 = self.start()
-        y0[self.upwards], y0[self.across] = float(y), float(x)
+        for i, value in ((self.upwards, y), (self.across, x)):
+            y0[i] = float(f"{value:.{HAND}g}")
         self.y0 = y0
+
+    def new_methods(self):
+        """Names of the methods with which this kind of system was not solved before."""
+        return [way.method for way in self.ways if self._kind(way) not in self._warm]
 
     def solve(self):
         """
@@ -159,9 +172,13 @@ class Exploration:
             (0.0, self.t_end), **self.arguments(way), dense_output=True, max_steps=MOST_STEPS
         )
 
-    def _shown(self, system, way):
+    def _kind(self, way):
+        """Solves of one kind run the same compiled code."""
         chosen = tuple(id(self.values[name]) for name in self.choices)
-        kind = (way.method, self.project, chosen)
+        return way.method, self.project, chosen
+
+    def _shown(self, system, way):
+        kind = self._kind(way)
         if kind not in self._warm:
             self._solved(system, way)  # compiles, so that the next solve can be timed
             self._warm.add(kind)

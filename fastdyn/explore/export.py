@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot.solution import between
+from fastdyn.words import numbers
 
 ROWS = 501  # of a table
 HEAD = '"""{title}, as it was explored."""\n\n'
@@ -25,7 +26,7 @@ def script(exploration):
                 given.append(f'{key}={name}.choices["{key}"]["{choice}"]')
                 break
         else:
-            given.append(f"{key}={value!r}")
+            given.append(f"{key}={numbers.source(value)}")
     lines = [*source.lines, "", f"system = {name}({', '.join(given)})"]
     labels = [str(way) for way in exploration.ways]
     if len(set(labels)) > 1:
@@ -45,8 +46,10 @@ def _equal(a, b):
 
 
 def _solve(exploration, way):
-    options = ", ".join(f"{key}={value!r}" for key, value in exploration.arguments(way).items())
-    return f"system.solve((0.0, {exploration.t_end!r}), {options})"
+    options = ", ".join(
+        f"{key}={numbers.source(value)}" for key, value in exploration.arguments(way).items()
+    )
+    return f"system.solve((0.0, {numbers.source(exploration.t_end)}), {options})"
 
 
 def table(exploration):
@@ -54,11 +57,8 @@ def table(exploration):
     run = exploration.shown[0].run
     t = np.linspace(run.t[0], run.t[-1], ROWS)
     sol: Any = between(run)
-    names = ["t (s)", *(f"{one.name} ({one.unit})" for one in exploration.make.states)]
-    text = io.StringIO()
-    np.savetxt(text, np.column_stack([t, sol(t).T]), "%.17g", ",", header=",".join(names),
-               comments="")  # fmt: skip
-    return text.getvalue()
+    names = [f"{one.name} ({one.unit})" for one in exploration.make.states]
+    return numbers.table({"t (s)": t} | dict(zip(names, sol(t), strict=True)), grid=["t (s)"])
 
 
 def picture(exploration):

@@ -3,16 +3,18 @@
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, PointDrawTool, Range1d
+from bokeh.models import ColumnDataSource, DataRange1d, PointDrawTool
 from bokeh.plotting import figure
 
-from fastdyn.plot.style import COLOURS, with_unit
+from fastdyn.plot.style import COLOURS, GROUND, named
 
-from .pictures import columns, square
+from .pictures import arrows, columns, rectangle, under
 
-SIZE: Any = {"width": 300, "height": 360, "sizing_mode": "stretch_width"}
-SQUARE: Any = {"width": 350, "frame_width": 285, "frame_height": 285}  # equal scales
+SIZE: Any = {"width": 300, "height": 320, "sizing_mode": "stretch_width"}
+SHAPED: Any = {"aspect_ratio": 1.0, "height": None, "sizing_mode": "stretch_width",
+               "max_width": 720}  # fmt: skip
 TOOLS = "pan,wheel_zoom,box_zoom,reset"
+TALL, WIDE = 0.8, 1.8  # of the motion: width over height, which follows the motion between these
 FEWEST, OFTEN = 150, 40  # fewest points of a trail; most points between two pictures
 
 
@@ -23,26 +25,40 @@ class Figures:
     Parameters
     ----------
     exploration : Exploration
+        The system, not solved yet.
     dragged : callable
         Called with x and y after the start was dragged in the phase plane.
     """
 
     def __init__(self, exploration, dragged):
-        self.exploration, self._dragged = exploration, dragged
+        self.drawn, self._dragged = exploration, dragged
         self.curves = [_source("t a b", f"curve {n}") for n in range(2)]
         self.changes = [_source("t e", f"change {n}") for n in range(2)]
-        self.start = _source("x y")
+        self.start, self.corners = _source("x y"), _source("x y")
+        self.arrows, self.names = _source("xs ys"), _source("x y name")
+        self.ground = _source("xs ys")
         self.parts, self.beside = _parts("trail"), _parts("trail beside")
         self.motion, self.phase = self._motion(), self._phase()
         self.against = _lines(self.curves, "t", "a", "t (s)")
         self.kept = _lines(self.changes, "t", "e", "t (s)")
         self._show: Any = None
-        self.named()
+        self._named()
 
     def _motion(self):
         found = figure(
-            tools="", toolbar_location=None, x_range=Range1d(), y_range=Range1d(), **SQUARE
-        )
+            tools="", toolbar_location=None, x_range=DataRange1d(range_padding=0.0),
+            y_range=DataRange1d(range_padding=0.0), match_aspect=True, **SHAPED,
+        )  # fmt: skip
+        corners = found.scatter("x", "y", source=self.corners, size=0)
+        sides: Any = (found.x_range, found.y_range)
+        for side in sides:
+            side.renderers = [corners]  # the motion stays in a picture that does not move
+        found.patches("xs", "ys", source=self.ground, color=GROUND, alpha=0.45, line_alpha=0.0)
+        found.multi_line("xs", "ys", source=self.arrows, color="gray")
+        found.text(
+            "x", "y", "name", source=self.names, text_color="gray", text_font_size="13px",
+            text_baseline="middle", text_align="center",
+        )  # fmt: skip
         parts, beside = self.parts, self.beside
         found.line("x", "y", source=parts["trail"], color=COLOURS[5])
         second: Any = {"line_color": COLOURS[1], "line_dash": "dashed"}
@@ -72,19 +88,19 @@ class Figures:
         if len(x) == 1 and (x[0], y[0]) != self._placed:
             self._dragged(x[0], y[0])
 
-    def named(self):
+    def _named(self):
         """Write the names of the components that are shown on the axes."""
-        one, states = self.exploration, self.exploration.make.states
-        across, upwards = (with_unit(states[n].name, states[n].unit)
-                           for n in (one.across, one.upwards))  # fmt: skip
+        one, states = self.drawn, self.drawn.make.states
+        across, upwards = named(states[one.across]), named(states[one.upwards])
         self.phase.xaxis.axis_label, self.phase.yaxis.axis_label = across, upwards
         self.against.yaxis.axis_label = across
         self.phase.title, self.against.title = "phase plane: drag the start", "against time"
         self.phase.match_aspect = states[one.across].unit == states[one.upwards].unit
 
-    def update(self):
-        """Show the last solve."""
-        one = self.exploration
+    def update(self, solved):
+        """Show the results of an exploration."""
+        self.drawn = one = solved
+        self._named()
         for n, (curve, change) in enumerate(zip(self.curves, self.changes, strict=True)):
             if n < len(one.shown):
                 shown = one.shown[n]
@@ -103,24 +119,33 @@ class Figures:
         self._show = None
         if staged is not None:
             limits, self._show = staged
-            scene = self._show(0.0)
-            (left, right), (low, high) = square(limits, scene.down)
-            self.motion.x_range.update(start=left, end=right)
-            self.motion.y_range.update(start=low, end=high)
-            space = len(limits) == 3
-            names = ("", "") if space else scene.axes
-            self.motion.xaxis.axis_label, self.motion.yaxis.axis_label = names[:2]
-            self.motion.axis.visible = not space
+            self._set(limits, self._show(0.0))
         self.clear_trail()
         for source in self.beside.values():
             nothing: Any = {name: [] for name in source.data}
             source.data = nothing
 
+    def _set(self, limits, scene):
+        """The axes of the motion: those of a plane, or three arrows of one length in space."""
+        x, y = rectangle(limits, scene.down)
+        self.corners.data = {"x": x, "y": y}
+        self.motion.aspect_ratio = min(max((x[1] - x[0]) / (y[1] - y[0]), TALL), WIDE)
+        self.ground.data = under(limits, scene.ground)
+        upwards: Any = self.motion.y_range
+        upwards.flipped = scene.down and len(limits) == 2
+        space = len(limits) == 3
+        self.motion.axis.visible = self.motion.grid.visible = not space
+        if space:
+            lines, texts = arrows(limits, scene)
+            self.arrows.data, self.names.data = lines, texts
+        else:
+            self.motion.xaxis.axis_label, self.motion.yaxis.axis_label = scene.axes[:2]
+
     def move(self, time):
         """Show the system at a time of the run."""
         if self._show is None:
             return
-        for n, shown in enumerate(self.exploration.shown):
+        for n, shown in enumerate(self.drawn.shown):
             parts = (self.parts, self.beside)[n]
             for name, found in columns(self._show(time, n)).items():
                 before = parts[name].data
@@ -139,7 +164,9 @@ class Figures:
                 parts["trail"].stream(path, rollover=max(FEWEST, len(t) // 2))
         self._until = time
         title: Any = self.motion.title
-        title.text = f"t = {time:.2f} s"
+        note = self._show(time).note
+        told = (self.drawn.make.title, f"t = {time:.2f} s", note)
+        title.text = ", ".join(filter(None, told))
 
     def clear_trail(self):
         """Begin a new trail when the motion begins again."""

@@ -32,11 +32,17 @@ class NumberSlider(pn.viewable.Viewer):
     """
 
     value = param.Number()
+    disabled = param.Boolean(False)
 
     def __init__(self, title, value, start, end, step, say, positive=False, name=""):
         super().__init__(value=value)
         self._title, self._say, self._positive = title, say, positive
-        self.text = pn.widgets.TextInput(value=_shown(value), width=85, margin=(0, 5))
+        self.text = pn.widgets.TextInput(
+            value=_shown(value),
+            placeholder=title,
+            width=85,
+            margin=(0, 5),  # read to the blind
+        )
         self.slider = _Quick(
             value=value, start=start, end=end, step=step, show_value=False, width=WIDTH,
             css_classes=[f"slider-{name}"],
@@ -44,6 +50,7 @@ class NumberSlider(pn.viewable.Viewer):
         self.text.param.watch(self._typed, "value")
         self.slider.param.watch(self._moved, "value")
         self.param.watch(self._follow, "value")
+        self.param.watch(self._grey, "disabled")
 
     def __panel__(self):
         label = pn.widgets.StaticText(value=self._title, width=165, margin=(5, 10))
@@ -63,8 +70,10 @@ class NumberSlider(pn.viewable.Viewer):
             self.value = value
 
     def _moved(self, event):
-        if event.new != self.value:
-            self.value = event.new
+        self.value = float(_shown(event.new))  # the browser's sums of steps end in noise
+
+    def _grey(self, event):
+        self.text.disabled = self.slider.disabled = event.new
 
     def _follow(self, event):
         if math.isfinite(event.new):

@@ -1,8 +1,10 @@
 """The page: sliders, figures and numbers of one system, by Panel."""
 
 import asyncio
+import concurrent.futures
 import html
 import io
+import threading
 import time
 from typing import Any
 
@@ -10,6 +12,7 @@ import panel as pn
 
 from fastdyn.kernels.methods import METHODS
 from fastdyn.plot.style import COLOURS
+from fastdyn.words.letters import letters
 
 from . import export, layout
 from .exploration import Exploration, Way
@@ -18,6 +21,8 @@ from .number import NumberSlider
 
 PERIOD = 33  # milliseconds from one picture to the next
 LONGEST = 10.0  # seconds in which a run is shown
+SHORT = 0.1  # seconds that a picture waits for its curves; older ones are grey after that
+OLDER = "the grey curves are those of before."
 NO_SECOND = "none"
 WRONG = (TypeError, ValueError, ArithmeticError)
 
@@ -33,16 +38,26 @@ class Page:
     Attributes
     ----------
     exploration : Exploration
+        What is chosen now.
+    drawn : Exploration
+        What the figures, the numbers and the saved files show.
     updates : int
         The number of times that the curves were drawn.
     """
 
     def __init__(self, source):
-        self.exploration = Exploration(source)
+        self.exploration = self.drawn = Exploration(source)
         self.figures = Figures(self.exploration, self._drag)
-        self.numbers, self.trouble = pn.pane.HTML("", name="numbers"), pn.pane.Alert("")
-        self.trouble.param.update(alert_type="danger", visible=False)
-        self.updates, self._late, self._ticking, self._begun = 0, False, False, time.monotonic()
+        self.numbers, self.trouble = pn.pane.HTML("", name="numbers"), _alert("danger")
+        self.waiting, self.dragged = (
+            _alert("info"),
+            pn.widgets.Button(label="The start was dragged: reset", visible=False),
+        )
+        self.dragged.on_click(self._reset)
+        self.pause = pn.widgets.Toggle(label="Pause", width=80)
+        self.updates, self._late, self._ticking, self._shown_at = 0, False, False, 0.0
+        self._last = time.monotonic()
+        self._solve: Any = None  # a solve that was begun: exploration, new methods, future
         self.sliders = {one.name: self._slider(one) for one in self.exploration.sliders}
         self.choices = {name: self._choice(name) for name in self.exploration.choices}
         self.t_end = NumberSlider(
@@ -50,7 +65,7 @@ class Page:
             end=5.0 * self.exploration.t_end, step=0.05 * self.exploration.t_end,
             say=self._say, positive=True, name="end",
         )  # fmt: skip
-        self.project = pn.widgets.Checkbox(name="hold the constraints by projection")
+        self.project = pn.widgets.Checkbox(label="hold the constraints by projection")
         self.methods = [self._way(n) for n in range(2)]
         self.axes = [self._axis(n) for n in range(2)]
         for widget in (self.t_end, self.project):
@@ -68,7 +83,7 @@ class Page:
         def moved(event):
             self.exploration.values[one.name] = event.new
             if one.initial:
-                self.exploration.y0 = None  # the start follows the sliders again
+                self.exploration.y0 = None
             self._changed()
 
         made.param.watch(moved, "value")
@@ -78,7 +93,7 @@ class Page:
         known = self.exploration.choices[name]
         now = self.exploration.values[name]
         value = now if any(now is one for one in known.values()) else next(iter(known.values()))
-        made = pn.widgets.Select(name=name, options=known, value=value)
+        made = pn.widgets.Select(label=name, options=known, value=value)
 
         def chosen(event):
             self.exploration.values[name] = event.new
@@ -91,14 +106,15 @@ class Page:
         """The widgets of one way to solve: method, tolerance, step."""
         way = self.exploration.ways[0]
         names = list(METHODS) if n == 0 else [NO_SECOND, *METHODS]
-        title, value = ("method", way.method) if n == 0 else ("beside it", NO_SECOND)
-        method = pn.widgets.Select(name=title, options=names, value=value)
+        title, value = ("method", way.method) if n == 0 else ("second method", NO_SECOND)
+        method = pn.widgets.Select(label=title, options=names, value=value)
+        which = " of the second" * n
         rtol = pn.widgets.DiscreteSlider(
-            name="relative tolerance", options=[10.0**-k for k in range(2, 14)], value=way.rtol,
-            formatter="%.0e",
+            label=f"relative tolerance{which}", value=way.rtol, formatter="%.0e",
+            options=[10.0**-k for k in range(2, 14)],
         )  # fmt: skip
         step = pn.widgets.DiscreteSlider(
-            name="constant step (s)", value=way.step, formatter="%g", visible=False,
+            label=f"constant step{which} (s)", value=way.step, formatter="%g", visible=False,
             options=[m * 10.0**-k for k in (4, 3, 2, 1) for m in (1.0, 2.0, 5.0)],
         )  # fmt: skip
         rtol.visible = n == 0
@@ -120,15 +136,14 @@ class Page:
         self._changed()
 
     def _axis(self, n):
-        states = {one.name: k for k, one in enumerate(self.exploration.make.states)}
+        states = {letters(one.name): k for k, one in enumerate(self.exploration.make.states)}
         which = ("across", "upwards")[n]
         made = pn.widgets.Select(
-            name=f"phase plane, {which}", options=states, value=getattr(self.exploration, which)
+            label=f"phase plane, {which}", options=states, value=getattr(self.exploration, which)
         )
 
         def chosen(event):
             setattr(self.exploration, which, event.new)
-            self.figures.named()
             self._changed()
 
         made.param.watch(chosen, "value")
@@ -140,25 +155,69 @@ class Page:
         self.exploration.drag(x, y)
         self._changed()
 
+    def _reset(self, *_):
+        """Let the start follow the sliders again."""
+        self.exploration.y0 = None
+        self._changed()
+
     def _changed(self, *_):
         """Let the next picture draw anew, so that a fast slider causes no queue of solves."""
         self.exploration.t_end, self.exploration.project = self.t_end.value, self.project.value
+        follows = self.exploration.y0 is None
+        self.dragged.visible = not follows
+        for one in self.exploration.sliders:
+            if one.initial:
+                self.sliders[one.name].disabled = not follows
         self._late = True
         if not self._ticking:
+            self.update()
             self.tick()
 
     def update(self):
         """Solve and draw; after a mistake, print a sentence and leave the curves unchanged."""
+        self._begin()
+        self._draw(wait=None)
+
+    def _begin(self):
+        """Solve what is chosen now, in a thread."""
         self._late = False
+        asked = self.exploration.copied()
+        self._solve = (asked, asked.new_methods(), _started(asked.solve))
+
+    def _draw(self, wait):
+        """
+        Draw the solve that was begun, if the solve ends in time, else make the older curves grey.
+
+        Parameters
+        ----------
+        wait : float or None
+            Seconds, None for as long as the solve takes.
+        """
+        asked, new, solve = self._solve
         try:
-            self.exploration.solve()
+            solve.result(wait)
+        except concurrent.futures.TimeoutError:
+            compiled = f"The code of {' and '.join(new)} is compiled, once on this machine; "
+            self._wait_for((compiled if new else "This solve takes longer; ") + OLDER)
+            return
         except WRONG as error:
             self._say(str(error))
-            return
-        self._say("")
-        self.figures.update()
-        self.numbers.object = self._table()
-        self.updates += 1
+        else:
+            self._say("")
+            self.drawn = asked
+            self.figures.update(asked)
+            self.numbers.object = self._table()
+            self.updates += 1
+            self._shown_at = 0.0
+        self._solve = None
+        self._wait_for("")
+
+    def _wait_for(self, sentence):
+        """Say what the page waits for, and make the curves grey; an empty sentence ends this."""
+        if sentence != self.waiting.object:
+            self.waiting.param.update(object=sentence, visible=bool(sentence))
+            for pane in self._panes:
+                pane.styles = dict(layout.STALE if sentence else layout.FRESH)
 
     def _say(self, sentence):
         """Show a sentence about a mistake above the figures; an empty sentence clears it."""
@@ -167,7 +226,7 @@ class Page:
 
     def _table(self):
         """Numbers of the runs, as a table."""
-        columns = {one.label: one.numbers() for one in self.exploration.shown}
+        columns = {one.label: one.numbers() for one in self.drawn.shown}
         names = dict.fromkeys(name for column in columns.values() for name in column)
         signs = zip(columns, ("—", "- -"), COLOURS, strict=False)
         heads = [f'<td style="color:{colour}">{sign} {label}</td>' for label, sign, colour in signs]
@@ -179,19 +238,31 @@ class Page:
         return f'<table class="numbers" style="border-spacing:1em 0.1em">{text}</table>'
 
     def tick(self):
-        """Draw one picture: solve if something has changed, then advance the motion."""
-        with pn.io.hold(pn.state.curdoc):  # the lowest Panel finds no document by itself
-            if self._late:
-                self.update()
-            span = self.exploration.shown[0].t[-1]
-            shown = min(span, LONGEST)
-            along = (time.monotonic() - self._begun) / shown
-            if along >= 1.0:
-                self._begun, along = time.monotonic(), 0.0
-                self.figures.clear_trail()
-            self.figures.move(along * span)
+        """Draw one picture: the curves of a solve that has ended, then the motion a bit later."""
+        with pn.io.hold(pn.state.curdoc):
+            wait = 0.0
+            if self._late and self._solve is None:
+                self._begin()
+                wait = SHORT
+            if self._solve is not None:
+                self._draw(wait)
+            self._move()
         if not self._ticking and pn.state.curdoc is None:
             pn.io.push_notebook(*self._panes)
+
+    def _move(self):
+        """Advance the motion by the time since the last picture."""
+        now = time.monotonic()
+        if not self.drawn.shown:
+            return
+        if not self.pause.value:
+            span = self.drawn.shown[0].t[-1]
+            self._shown_at += (now - self._last) * max(1.0, span / LONGEST)
+            if self._shown_at >= span:
+                self._shown_at = 0.0
+                self.figures.clear_trail()
+        self._last = now
+        self.figures.move(self._shown_at)
 
     _panes: tuple = ()
 
@@ -203,25 +274,27 @@ class Page:
         if self.exploration.kept:
             drawn.append(self.figures.kept)
         self._panes = tuple(pn.pane.Bokeh(one, sizing_mode="stretch_width") for one in drawn)
-        sides = [*self.sliders.values(), *self.choices.values(), self.t_end]
+        motion, *others = self._panes
+        sides = [*self.sliders.values(), self.dragged, *self.choices.values(), self.t_end]
         if self.exploration.make.constraints and hasattr(self.exploration.make, "project"):
             sides.append(self.project)
         for one in self.methods:
             sides += one
         sides += [*self.axes, *self._files()]
         self._start_ticking()
-        return layout.page(sides, self.trouble, self._panes, self.numbers)
+        said = [self.trouble, self.waiting]
+        return layout.page(sides, said, [motion, self.pause], others, self.numbers)
 
     def _files(self):
-        name, one = self.exploration.source.name, self.exploration
+        name = self.exploration.source.name
         made = {
-            f"{name}.png": lambda: io.BytesIO(export.picture(one)),
-            f"{name}.py": lambda: io.StringIO(export.script(one)),
-            f"{name}.csv": lambda: io.StringIO(export.table(one)),
+            f"{name}.png": lambda: io.BytesIO(export.picture(self.drawn)),
+            f"{name}.py": lambda: io.StringIO(export.script(self.drawn)),
+            f"{name}.csv": lambda: io.StringIO(export.table(self.drawn)),
         }
         return [
             pn.widgets.FileDownload(
-                callback=text, filename=file, label=f"Save {file}", button_type="light"
+                callback=text, filename=file, label=f"Save {file}", color="light"
             )
             for file, text in made.items()
         ]
@@ -235,3 +308,22 @@ class Page:
                 return
         self._ticking = pn.state.curdoc is not None
         pn.state.add_periodic_callback(self.tick, period=PERIOD)
+
+
+def _alert(kind):
+    """A place for a sentence, empty at first."""
+    return pn.pane.Alert("", alert_type=kind, visible=False)
+
+
+def _started(work):
+    """The future of work in a thread that does not keep the process alive."""
+    future: concurrent.futures.Future = concurrent.futures.Future()
+
+    def run():
+        try:
+            future.set_result(work())
+        except BaseException as error:
+            future.set_exception(error)
+
+    threading.Thread(target=run, daemon=True, name="fastdyn explore").start()
+    return future

@@ -7,8 +7,10 @@ import socket
 from typing import Any
 
 import panel as pn
+from tornado.websocket import WebSocketClosedError
 
 from .exploration import Exploration
+from .layout import VIEWPORT
 from .page import WRONG, Page
 from .sources import known, named
 
@@ -22,7 +24,7 @@ def application(source):
         names = known()
         if source.name not in names:
             names = [source.name, *names]
-        choice = pn.widgets.Select(name="system", options=names, value=source.name, width=320)
+        choice = pn.widgets.Select(label="system", options=names, value=source.name, width=320)
         place = pn.Column(Page(source).panel())
 
         async def chosen(event):
@@ -52,6 +54,24 @@ def ready(first, name):
     return source
 
 
+def _in_a_tab(made):
+    """The function that makes a page, in a document of its own."""
+
+    def opened():
+        document: Any = pn.state.curdoc
+        document.template = VIEWPORT
+        asyncio.get_running_loop().set_exception_handler(_closed_tabs)
+        return made()
+
+    return opened
+
+
+def _closed_tabs(loop, context):
+    """Nothing is wrong where a picture was on its way to a tab that has been closed."""
+    if not isinstance(context.get("exception"), WebSocketClosedError):
+        loop.default_exception_handler(context)
+
+
 def serve(source, port=0, show=True, threaded=False):
     """
     Serve the page of a system, on which other systems can be chosen.
@@ -75,7 +95,7 @@ def serve(source, port=0, show=True, threaded=False):
     port = port or free_port()
     print(f"http://{ADDRESS}:{port} shows {source.make.title}; Ctrl-C ends.", flush=True)
     server = pn.serve(
-        application(source), port=port, address=ADDRESS, show=show, threaded=threaded,
+        _in_a_tab(application(source)), port=port, address=ADDRESS, show=show, threaded=threaded,
         title="fastdyn explore", verbose=False,
         websocket_origin=[f"{ADDRESS}:{port}", f"localhost:{port}"],
     )  # fmt: skip

@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+from fastdyn.words.letters import letters
+
 STEPS = 200  # approximate number of steps of a slider
 SMALL, LARGE = 0.5, 8.0  # the range of a default below SMALL extends to LARGE
 
@@ -22,7 +24,7 @@ class Slider(NamedTuple):
     def title(self):
         """The text above the slider."""
         meaning = "" if self.meaning == self.name else f": {self.meaning}"
-        return f"{self.name} ({self.unit}){meaning}"
+        return f"{letters(self.name)} ({self.unit}){meaning}"
 
 
 def slider(field, value):

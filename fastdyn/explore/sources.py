@@ -5,6 +5,7 @@ import sys
 from typing import Any, NamedTuple
 
 from fastdyn.systems import SYSTEMS
+from fastdyn.words.near import did_you_mean
 
 from .page_names import PAGES
 
@@ -45,9 +46,11 @@ def named(name):
         For a name that is not known, and for a page without SymPy.
     """
     if name in SYSTEMS:
-        return Source(SYSTEMS[name], [f"from fastdyn.systems import {name}"], name, {})
+        make = SYSTEMS[name]
+        return Source(make, [f"from fastdyn.systems import {name}"], name, dict(make.explored))
     if name not in PAGES:
-        raise ValueError(f"No system is called {name}; choose from {', '.join(known())}.")
+        said = did_you_mean(name, known(), form="{}") or f"choose from {', '.join(known())}."
+        raise ValueError(f"No system is called {name}; {said}")
     try:
         from fastdyn.derive.pages import page
     except ImportError as error:

@@ -11,7 +11,7 @@ INSIDE = 1e-8  # how far a start is moved from its bound, as share of its size
 
 
 def descend(evaluate, start, low, high, failed=None, **options) -> Any:
-    """What `least_squares` finds from a start, which is moved a little inside of its bounds.
+    """The result of `least_squares` from a start, which is moved a little inside of its bounds.
 
     Parameters
     ----------

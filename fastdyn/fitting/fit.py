@@ -2,6 +2,10 @@
 
 import numpy as np
 
+from fastdyn.compile.sentences import told_once
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
+
 from .model import model_of
 from .motion import options_of
 from .result import Fit
@@ -11,6 +15,7 @@ from .starts import starts_of
 MAX_NFEV = 200
 
 
+@shown_when_wrong(differences=kinds.flag, progress=kinds.flag)
 def fit(
     fun, records, starts=1, max_nfev=MAX_NFEV, level=0.95, differences=False, progress=False,
     **options,
@@ -68,7 +73,8 @@ def fit(
     options = options_of(options)
     model = model_of(fun, records, options, bool(differences))
     trials = starts_of(starts, model.parameters)
-    found = search(model, trials, options, max_nfev, progress)
+    with told_once():
+        found = search(model, trials, options, max_nfev, progress)
     return Fit(model, found, level)
 
 

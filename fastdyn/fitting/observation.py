@@ -1,4 +1,4 @@
-"""What is measured of a state, with its exact derivatives."""
+"""The measured quantities of a state, with their exact derivatives."""
 
 from typing import Any
 
@@ -45,7 +45,7 @@ class Linear:
             )
 
     def groups(self, n_series):
-        """What each series is a measurement of."""
+        """The quantity that each series measures."""
         if self.index is not None:
             return [("y", int(i)) for i in self.index]
         return [("row", tuple(row)) for row in self.matrix]
@@ -77,7 +77,7 @@ class Function:
         self._padded = padded
 
     def groups(self, n_series):
-        """What each series is a measurement of."""
+        """The quantity that each series measures."""
         return [(self.fun, i) for i in range(n_series)]
 
     def values(self, t, y, args):

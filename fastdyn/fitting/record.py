@@ -3,6 +3,7 @@
 import numpy as np
 
 from fastdyn.problem.validate import initial_state
+from fastdyn.words import kinds
 
 from .free import Free, has_free
 from .noise import noise_of
@@ -129,6 +130,8 @@ def _time(t0):
 
 
 def _tuple(args):
+    if isinstance(args, str | dict | set):
+        kinds.refuse("args", f"a tuple, args=({args!r},)", args)
     try:
         return tuple(args)
     except TypeError:

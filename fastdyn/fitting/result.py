@@ -284,7 +284,7 @@ class Fit:
         ----------
         record : int
         **options
-            Options of ``matplotlib.pyplot.figure``.
+            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
 
         Returns
         -------

@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.problem.options.near import did_you_mean
 from fastdyn.problem.options.table import OPTIONS
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
+from fastdyn.words.near import did_you_mean
 
 OTHERS = (  # that are no options of fastdyn's solvers
     "BDF", "Events", "InitialSlope", "JConstant", "MassSingular", "MaxOrder", "MStateDependence",
@@ -66,6 +68,7 @@ def odeset(*given, **named) -> Options:
     return options
 
 
+@shown_when_wrong(name=kinds.text)
 def odeget(options, name, default=None) -> Any:
     """The value of an option, as MATLAB's odeget.
 
@@ -82,7 +85,14 @@ def odeget(options, name, default=None) -> Any:
     ValueError
         For an unknown or ambiguous name.
     """
+    check_options(options)
     return odeset(options or {}).get(full_name(name), default)
+
+
+def check_options(options):
+    """Refuse what cannot be options: neither a dict nor empty."""
+    if options is not None and not isinstance(options, Mapping) and np.size(options):
+        kinds.refuse("options", "what `odeset(...)` returns, or a dict", options)
 
 
 def full_name(name):

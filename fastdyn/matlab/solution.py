@@ -7,6 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
+
 
 class Call(NamedTuple):
     """The request of a solution: its solver, its function and its options."""
@@ -171,6 +174,7 @@ class AtTimes(NamedTuple):
         return t, values
 
 
+@shown_when_wrong(idx=kinds.array)
 def deval(sol, xint, idx=None) -> np.ndarray:
     """
     The continuous solution, as MATLAB's deval.
@@ -198,6 +202,7 @@ def deval(sol, xint, idx=None) -> np.ndarray:
         sol, xint = xint, sol
     if not isinstance(sol, Solution):
         raise TypeError("deval takes what `sol = ode45(...)` returned, and times.")
+    kinds.numbers("xint", xint)
     x = np.asarray(xint, float)
     low, high = sorted((sol.x[0], sol.x[-1]))
     if x.ndim > 1 or not ((low <= x) & (x <= high)).all():

@@ -1,25 +1,24 @@
 """MATLAB's calls, solved by the methods of the same names or by the nearest ones."""
 
-import warnings
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.sentences import levels_inside
+from fastdyn.compile.sentences import warn
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments
-from fastdyn.problem.options import kinds
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.run.solve_problem import solve_problem
 from fastdyn.solve.stepper import observed
+from fastdyn.words import kinds
 
 from .events import event_functions, let_pass, occurrences
 from .mass import with_mass
 from .min_step import not_shorter
-from .options import odeset
+from .options import check_options, odeset
 from .output_function import OutputFunction
 from .solution import AtTimes, Call, Refined, Solution
 
@@ -47,6 +46,7 @@ def solve(solver, fun, tspan, y0, options):
     """The `Solution` of a solver, for the public function of the solver's name."""
     if not callable(fun):
         raise TypeError(f"`odefun` must be a function of (t, y); got {fun!r}.")
+    check_options(options)
     options = options_of(solver, options)
     times, y0 = _times(tspan), _state(y0)
     if np.size(options.get("AbsTol", 0.0)) not in (1, len(y0)):
@@ -109,7 +109,7 @@ def _solved(solver, fun, times, y0, options):
     if observer is not None:
         observer.end()
     if result.status == -1:
-        warnings.warn(f"Failure in {solver.name}: {result.message}", stacklevel=levels_inside())
+        warn(f"Failure in {solver.name}: {result.message}")
     _print_statistics(options, result)
     found = None if functions is None else occurrences(result, events)
     output = Refined(refine) if len(times) == 2 else AtTimes(times, result.status == 1)

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from fastdyn.problem.options.calls import shown_when_wrong
 from fastdyn.problem.options.docstrings import filled
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
-from .options import odeset
+from .options import check_options, odeset
 from .solution import Solution
 from .solve import Solver, solve
 
@@ -168,6 +169,12 @@ def ode23tb(odefun, tspan, y0, options=None) -> Solution:
     return solve(SOLVERS["ode23tb"], odefun, tspan, y0, options)
 
 
+def _function_or_empty(name, value):
+    if callable(value) or np.size(value):
+        kinds.function(name, value)
+
+
+@shown_when_wrong(odefun=_function_or_empty, tfinal=kinds.number)
 def odextend(sol, odefun=None, tfinal=None, y0=None, options=None) -> Solution:
     """
     Continue a solution, as MATLAB's odextend.
@@ -200,5 +207,6 @@ def odextend(sol, odefun=None, tfinal=None, y0=None, options=None) -> Solution:
     call = sol.call
     fun = odefun if callable(odefun) else call.fun
     y0 = sol.y[:, -1] if y0 is None or np.size(y0) == 0 else y0
+    check_options(options)
     more = odeset(call.options, {} if options is None or not len(options) else options)
     return sol.joined(solve(call.solver, fun, [end, float(tfinal)], y0, more))

@@ -10,9 +10,9 @@ from .solution import (
     plot,
     relative_changes,
 )
-from .style import COLOURS, column, legend, pictures_and_panels, save, slides
+from .style import COLOURS, column, legend, own_legend, pictures_and_panels, save, slides
 
 __all__ = [
     "COLOURS", "column", "components", "curve", "drift", "exact_curve", "invariants", "legend",
-    "pictures_and_panels", "plane", "plot", "relative_changes", "save", "slides",
+    "own_legend", "pictures_and_panels", "plane", "plot", "relative_changes", "save", "slides",
 ]  # fmt: skip

@@ -8,13 +8,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
+
 from . import style
+from .chords import times
 from .needed import needed
 from .scene import frame
 from .solution import between
 
-FINE = 8  # points of the trail for each picture
 FPS = 30
+LONGEST = 10.0  # seconds of a film, unless asked otherwise
 DPI = 100
 ENDINGS = (".gif", ".html", ".mp4")
 NO_FFMPEG = (
@@ -47,12 +51,15 @@ class Artists:
         self.scenes, self.trail, first = scenes, trail, scenes[0]
         self.space = len(first.traced) == 3
         self.limits = frame(scenes)
-        size = (WIDE, 0.9 * WIDE) if self.space else self._size()
+        size = (WIDE, self._height()) if self.space else self._size()
         self.figure = pyplot.figure(figsize=size, layout="constrained")
         projection: Any = {"projection": "3d"} if self.space else {}
         self.axes: Any = self.figure.add_subplot(**projection)
         self.axes.set(**self.limits)
-        (self._in_space if self.space else self._in_plane)(first)
+        if self.space:
+            in_space(self.axes, self.limits, first)
+        else:
+            self._in_plane(first)
         self.path = np.array([scene.traced for scene in scenes], float)
         still = [[] for _ in first.traced]
         (self.trace,) = self.axes.plot(*still, color=style.COLOURS[5], lw=1.4)
@@ -64,6 +71,11 @@ class Artists:
             self.axes.plot(*([x] for x in part), "o", color=style.COLOURS[0], ms=10)[0]
             for part in first.points
         ]
+
+    def _height(self):
+        """The height of a picture in space: less for what is flat."""
+        sides = [abs(b - a) for a, b in self.limits.values()]
+        return EVEN * round(WIDE * (0.6 + 0.3 * sides[-1] / max(sides)) / EVEN)
 
     def _size(self):
         """A figure whose axes have the sides of the frame."""
@@ -78,17 +90,6 @@ class Artists:
         if first.ground is not None:
             low = self.limits["ylim"][0]
             self.axes.axhspan(low, first.ground, color=style.GROUND, alpha=0.5, zorder=0)
-
-    def _in_space(self, first):
-        ticker = needed("matplotlib.ticker")
-
-        sides = [abs(b - a) for a, b in self.limits.values()]
-        self.axes.set_box_aspect(sides, zoom=0.95)
-        self.axes.view_init(elev=20, azim=-60)
-        self.axes.set(xlabel=first.axes[0], ylabel=first.axes[1], zlabel=first.axes[2])
-        for axis in (self.axes.xaxis, self.axes.yaxis, self.axes.zaxis):
-            axis.labelpad = 10
-            axis.set_major_locator(ticker.MaxNLocator(4))
 
     def _body(self, part) -> Any:
         about = {"facecolor": style.COLOURS[4], "edgecolor": "0.3", "lw": 1.5}
@@ -118,6 +119,25 @@ class Artists:
         artist.set_data_3d(*part) if self.space else artist.set_data(*part)
 
 
+def in_space(axes, limits, scene, zoom=1.0):
+    """Set the axes of a scene in space, with the ground below everything else."""
+    ticker = needed("matplotlib.ticker")
+    sides = [abs(b - a) for a, b in limits.values()]
+    flat = sides[-1] / max(sides)
+    axes.set_box_aspect(sides, zoom=zoom * (1.15 - 0.25 * flat))
+    axes.view_init(elev=20, azim=-60)
+    axes.set(xlabel=scene.axes[0], ylabel=scene.axes[1], zlabel=scene.axes[2])
+    axes.tick_params(labelsize=11)
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.labelpad = 12
+        axis.set_major_locator(ticker.MaxNLocator(4))
+    axes.zaxis.set_major_locator(ticker.MaxNLocator(max(2, round(4 * flat))))
+    axes.zaxis.labelpad = 8
+    if scene.ground is not None:
+        axes.computed_zorder = False  # by distance, the middle of the ground may be before a body
+        style.ground(axes, limits["xlim"], limits["ylim"], scene.ground).set_zorder(-1.0)
+
+
 class Moving(NamedTuple):
     """A moving picture that a notebook shows; `html` is its text."""
 
@@ -127,6 +147,7 @@ class Moving(NamedTuple):
         return self.html
 
 
+@shown_when_wrong(result=kinds.result, path=kinds.path, seconds=kinds.number, fps=kinds.number)
 def animate(result, path=None, seconds=None, fps=FPS, trail=True):
     """
     Write a run of a system as a moving picture.
@@ -161,9 +182,9 @@ def animate(result, path=None, seconds=None, fps=FPS, trail=True):
     ending = ".html" if path is None else pathlib.Path(path).suffix
     if ending not in ENDINGS:
         name = pathlib.Path(path or "").name
-        raise ValueError(f"`{name}`: a moving picture ends in {', '.join(ENDINGS)}.")
-    film = _ffmpeg()
-    if ending == ".mp4" and not film:
+        raise ValueError(f"`path={name!r}`: a moving picture ends in {', '.join(ENDINGS)}.")
+    ffmpeg = _ffmpeg()
+    if ending == ".mp4" and not ffmpeg:
         raise ValueError(NO_FFMPEG)
     if not (fps >= 1 and (seconds is None or 0.0 < seconds < 1e6)):
         raise ValueError(f"`fps` and `seconds` must be positive; got {fps} and {seconds}.")
@@ -171,14 +192,13 @@ def animate(result, path=None, seconds=None, fps=FPS, trail=True):
         raise ValueError("A run of fewer than two points cannot be animated.")
     if ending == ".gif":
         fps = 100.0 / max(2, round(100.0 / fps))  # a GIF counts hundredths of a second
-    elif ending == ".html" and not film:
+    elif ending == ".html" and not ffmpeg:
         fps = max(1, fps // 2)
-    t, scenes = _scenes(result, seconds, fps)
     with style.slides():
-        figure, moving = _moving(t, scenes, fps, trail)
+        figure, moving = _moving(_film(result, seconds, fps), fps, trail)
         try:
             if ending == ".html":
-                html = _film(moving, fps) if film else moving.to_jshtml(fps=int(fps))
+                html = _video(moving, fps) if ffmpeg else moving.to_jshtml(fps=int(fps))
                 if path is None:
                     return Moving(html)
                 pathlib.Path(path).write_text(_page(result.system.title, html), encoding="utf-8")
@@ -189,17 +209,18 @@ def animate(result, path=None, seconds=None, fps=FPS, trail=True):
     return None
 
 
-def _moving(t, scenes, fps, trail):
-    """The animation of the scenes, with its figure."""
+def _moving(film, fps, trail):
+    """The animation of a film, with its figure."""
     animation = needed("matplotlib.animation")
-    artists, n = Artists(scenes, trail), (len(t) - 1) // FINE + 1
+    t, scenes, pictures = film
+    artists, n = Artists(scenes, trail), len(pictures)
     digits = 2 if abs(t[-1] - t[0]) >= 1.0 else 4
     notes = [scenes[0].note, _pace(abs(t[-1] - t[0]) * fps / (n - 1))]
     artists.axes.set_title(", ".join(filter(None, notes)), loc="right", fontsize=12, color="0.3")
 
     def show(picture):
-        artists.show(FINE * picture)
-        artists.axes.set_title(f"t = {t[FINE * picture]:.{digits}f} s", loc="left")
+        artists.show(pictures[picture])
+        artists.axes.set_title(f"t = {t[pictures[picture]]:.{digits}f} s", loc="left")
 
     show(0)
     layout: Any = artists.figure.get_layout_engine()
@@ -214,7 +235,8 @@ def _write(moving, path, fps, ending=".mp4"):
     """Write a film or a GIF."""
     animation = needed("matplotlib.animation")
     if ending == ".gif":
-        moving.save(path, animation.PillowWriter(fps=fps), dpi=80)
+        cut_off = 1.0 + 1e-9  # the writer cuts off 1000 / (100 / 3) milliseconds to 29
+        moving.save(path, animation.PillowWriter(fps=fps / cut_off), dpi=80)
         return
     with needed("matplotlib").rc_context({"animation.ffmpeg_path": _ffmpeg()}):
         options = ["-pix_fmt", "yuv420p", "-movflags", "+faststart"]
@@ -222,7 +244,7 @@ def _write(moving, path, fps, ending=".mp4"):
         moving.save(path, writer, dpi=DPI)
 
 
-def _film(moving, fps):
+def _video(moving, fps):
     """A film as the text of a page."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder, "film.mp4")
@@ -257,15 +279,30 @@ def _pace(factor):
     return f"{factor:.{digits}g} × real time" if factor > 1.0 else f"{1 / factor:.2g} × slower"
 
 
-def _scenes(result, seconds, fps):
-    """Equally spaced times, FINE for each picture, and the scene at each."""
+class Film(NamedTuple):
+    """Times, the scene at each, and which of these are pictures; the trail has all times."""
+
+    t: np.ndarray
+    scenes: list
+    pictures: np.ndarray
+
+
+def _film(result, seconds, fps):
+    """Equally spaced pictures, and between them the points without which the trail has corners."""
     span = abs(result.t[-1] - result.t[0])
-    seconds = min(span, 10.0) if seconds is None else float(seconds)
-    n = FINE * (max(2, round(seconds * fps)) - 1) + 1
-    t = np.linspace(result.t[0], result.t[-1], n)
-    if (sol := between(result)) is not None:
+    seconds = min(span, LONGEST) if seconds is None else float(seconds)
+    even = np.linspace(result.t[0], result.t[-1], max(2, round(seconds * fps)))
+    steps = np.sort(result.t)
+    sol = between(result)
+    t = np.union1d(even, steps if sol is None else times(sol, steps))
+    if sol is not None:
         y = sol(t)
     else:
-        order = slice(None) if result.t[-1] > result.t[0] else slice(None, None, -1)
-        y = np.array([np.interp(t, result.t[order], row[order]) for row in result.y])
-    return t, result.system.scenes(t, y)
+        order = np.argsort(result.t)
+        y = np.array([np.interp(t, steps, row[order]) for row in result.y])
+    if result.t[-1] < result.t[0]:
+        t, y = t[::-1], y[:, ::-1]
+        pictures = len(t) - 1 - np.searchsorted(t[::-1], even)
+    else:
+        pictures = np.searchsorted(t, even)
+    return Film(t, result.system.scenes(t, y), pictures)

@@ -1,4 +1,4 @@
-"""What an interactive session displays: a line of text; in a notebook a table and a picture."""
+"""The display of results in sessions: a line of text; in a notebook a table and a picture."""
 
 import base64
 import html
@@ -24,17 +24,35 @@ def display(shown, **options):
 
     There is no picture if matplotlib is missing, or if there is nothing to draw.
     """
-    return f"<pre>{html.escape(str(shown))}</pre>{_picture(shown, options)}"
+    text = html.escape(str(shown))
+    return f'<pre style="overflow-x: auto">{text}</pre>{picture(lambda: shown.plot(**options))}'
 
 
-def _picture(shown, options):
+def table(title, rows, head=()):
+    """Rows of cells under a title, and under a row of names if there are any, as HTML."""
+    if not any(row[-1] for row in rows):
+        rows, head = [row[:-1] for row in rows], head[:-1]
+    lines = [_row("td", row) for row in rows]
+    if head and lines:
+        lines.insert(0, _row("th", head))
+    return f"<b>{html.escape(title)}</b><table>{''.join(lines)}</table>"
+
+
+def _row(kind, cells):
+    style = ' style="text-align: left"'
+    made = (f"<{kind}{style}>{html.escape(str(cell))}</{kind}>" for cell in cells)
+    return f"<tr>{''.join(made)}</tr>"
+
+
+def picture(draw, width=36):
+    """A picture of the figure of ``draw()``, `width` letters wide, as HTML; "" without one."""
     try:
         pyplot = needed("matplotlib.pyplot")
-        figure = shown.plot(**options)
+        figure = draw()
     except (ModuleNotFoundError, ValueError):
         return ""
     image = io.BytesIO()
     figure.savefig(image, format="png", dpi=DPI)
     pyplot.close(figure)
     data = base64.b64encode(image.getvalue()).decode()
-    return f'<img style="width: 36em; max-width: 100%" src="data:image/png;base64,{data}">'
+    return f'<img style="width: {width}em; max-width: 100%" src="data:image/png;base64,{data}">'

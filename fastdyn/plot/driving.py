@@ -45,7 +45,8 @@ def figure(results, **options):
         for panel in (steering, fast):
             panel.sharex(force)
             panel.tick_params(labelbottom=False)
-        style.legend(drawing, path, force)
+        style.own_legend(path)
+        style.own_legend(force)
     return drawing
 
 

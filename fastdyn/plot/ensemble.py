@@ -4,8 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fastdyn.words import kinds
+from fastdyn.words.letters import letters
+from fastdyn.words.near import did_you_mean
+
 from . import style
-from .needed import needed
 
 MOST = 8  # most panels
 FEW = 6  # up to so many trajectories are drawn one by one
@@ -23,11 +26,14 @@ def figure(trajectories, of=None, over=None, components=None, **options):
     chosen = _components(e, components)
     if of is None:
         of = list(e.reduced) or ("y" if np.ndim(e.y) == 3 else "y_end")
+    if not isinstance(of, str):
+        kinds.several("of", of)
     names = [of] if isinstance(of, str) else list(of)
     for name in names:
-        if name not in {"y", "y_end", *e.reduced} or (name == "y" and np.ndim(e.y) < 3):
+        if name not in ["y", "y_end", *e.reduced] or (name == "y" and np.ndim(e.y) < 3):
             there = ["y"] * (np.ndim(e.y) == 3) + ["y_end", *e.reduced]
-            raise ValueError(f"`of={name!r}` is not there; choose from {', '.join(there)}.")
+            advice = did_you_mean(name, there, form='"{}"') or f"choose from {', '.join(there)}."
+            raise ValueError(f"`of={name!r}` is not there; {advice}")
     if "y" in names and len(names) > 1:
         raise ValueError('`of="y"` is a figure of its own.')
     if not e.success.any():
@@ -49,10 +55,13 @@ def _columns(e, over):
     if over is None:
         return parameters or starts
     known = {label.name: (label, column) for label, column in parameters + starts}
+    if not isinstance(over, str):
+        kinds.several("over", over)
     names = [over] if isinstance(over, str) else list(over)
     for name in names:
-        if name not in known:
-            raise ValueError(f"`over={name!r}` does not vary; choose from {', '.join(known)}.")
+        if not isinstance(name, str) or name not in known:
+            advice = did_you_mean(name, known) or f"choose from {', '.join(known)}."
+            raise ValueError(f"`over={name!r}` does not vary; {advice}")
     return [known[name] for name in names]
 
 
@@ -61,10 +70,13 @@ def _components(e, components):
     known = [label.name for label in e.labels]
     if components is None:
         return list(range(min(len(known), MOST)))
+    if not isinstance(components, str | int):
+        kinds.several("components", components)
     given = [components] if isinstance(components, str | int) else components
     for one in given:
         if one not in known and one not in range(len(known)):
-            raise ValueError(f"`components={one!r}` is unknown; choose from {', '.join(known)}.")
+            advice = did_you_mean(one, known) or f"choose from {', '.join(known)}."
+            raise ValueError(f"`components={one!r}` is unknown; {advice}")
     return [known.index(one) if isinstance(one, str) else one for one in given]
 
 
@@ -79,7 +91,7 @@ def _fan(e, chosen, columns, options):
                 axes.plot(e.t, line, label=_told(columns, number))
         else:
             _bands(axes, e.t, values)
-        axes.set_ylabel(str(e.labels[i]))
+        axes.set_ylabel(style.named(e.labels[i]))
     panels[-1].set_xlabel(style.with_unit("t", _second(e)))
     style.legend(figure, panels[0])
     return figure
@@ -101,7 +113,7 @@ def _bands(axes, t, values):
 
 def _told(columns, number):
     """The label of a trajectory: its parameters."""
-    told = [f"{label.name} = {column[number]:.4g} {label.unit}" for label, column in columns[:2]]
+    told = [f"{letters(one.name)} = {column[number]:.4g} {one.unit}" for one, column in columns[:2]]
     return ", ".join(told).strip() or f"trajectory {number}"
 
 
@@ -120,7 +132,7 @@ def _sweep(e, names, chosen, over, options):
         axes.set_ylabel(style.with_unit(mine[0].title if len(mine) == 1 else panel[0], panel[1]))
         if len(mine) > 1:
             axes.legend()
-    panels[-1].set_xlabel(str(label))
+    panels[-1].set_xlabel(style.named(label))
     if _geometric(column[order]):
         panels[-1].set_xscale("log")
     _failures(figure, e)
@@ -144,7 +156,7 @@ def _map(e, names, chosen, columns, options):
             drawn = axes.scatter(x, y, c=quantity.values, s=max(2.0, min(60.0, 2e4 / len(x))))
         axes.grid(visible=False)
         figure.colorbar(drawn, ax=axes, label=quantity.unit)
-        axes.set(title=quantity.title, xlabel=str(label_x), ylabel=str(label_y))
+        axes.set(title=quantity.title, xlabel=style.named(label_x), ylabel=style.named(label_y))
         axes.set_xscale("log" if _geometric(at_x) else "linear")
         axes.set_yscale("log" if _geometric(at_y) else "linear")
     _failures(figure, e)
@@ -190,22 +202,21 @@ def _quantities(e, names, chosen):
                 found.append(Quantity(f"time of the first {event}", unit, times, panel))
             continue
         for i in chosen:
-            label, title = e.labels[i], TITLES[name].format(e.labels[i].name)
-            panel = (label.name, label.unit)
+            label, title = e.labels[i], TITLES[name].format(letters(e.labels[i].name))
+            panel = (letters(label.name), label.unit)
             if e.is_time(name):
-                panel = (f"time of extremes of {label.name}", unit)
+                panel = (f"time of extremes of {letters(label.name)}", unit)
             found.append(Quantity(title, panel[1], values[:, i], panel))
     return found
 
 
 def _grid(n_panels, **options):
     """Figure of panels side by side, in rows of at most three."""
-    pyplot = needed("matplotlib.pyplot")
 
     n_columns = n_panels if n_panels <= 3 else 2 if n_panels == 4 else 3
     n_rows = -(-n_panels // n_columns)
     size = (max(7.5, 5.6 * n_columns), 0.6 + 4.4 * n_rows)
-    figure = pyplot.figure(**{"figsize": size, "layout": "constrained"} | options)
+    figure = style.new_figure(**{"figsize": size} | options)
     panels = figure.subplots(n_rows, n_columns, squeeze=False).ravel()
     for empty in panels[n_panels:]:
         empty.remove()

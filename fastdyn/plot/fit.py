@@ -3,7 +3,6 @@
 import numpy as np
 
 from fastdyn.plot import style
-from fastdyn.plot.needed import needed
 
 
 def fitted(t, prediction, times, values, residuals, level, **options):
@@ -18,11 +17,9 @@ def fitted(t, prediction, times, values, residuals, level, **options):
     level : float
         Confidence of the band.
     """
-    pyplot = needed("matplotlib.pyplot")
     n_series = len(values)
     with style.slides():
-        given = {"figsize": (2.0 + 5.0 * n_series, 6.0), "layout": "constrained"} | options
-        figure = pyplot.figure(**given)
+        figure = style.new_figure(**{"figsize": (2.0 + 5.0 * n_series, 6.0)} | options)
         panels = figure.subplots(
             2, n_series, sharex=True, squeeze=False, gridspec_kw={"height_ratios": [2, 1]}
         )

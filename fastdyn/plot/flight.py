@@ -24,11 +24,10 @@ def figure(results, speed, **options):
     speed : callable
         The quantity for the speed, for the first system; other systems have their own.
     """
-    pyplot = needed("matplotlib.pyplot")
 
     with style.slides():
-        size = {"figsize": (14, 7), "layout": "constrained"}
-        drawing = pyplot.figure(**size | options)
+        size = {"figsize": (14, 7)}
+        drawing = style.new_figure(**size | options)
         grid = drawing.add_gridspec(2, 2, width_ratios=(5, 3))
         space: Any = drawing.add_subplot(grid[:, 0], projection="3d")
         height = drawing.add_subplot(grid[0, 1])
@@ -72,9 +71,7 @@ def _ground(space, low, high):
     """The axes of the picture, with the ground in it."""
     ticker = needed("matplotlib.ticker")
 
-    x, y = np.meshgrid([low[0], high[0]], [low[1], high[1]])
-    ground = space.plot_surface(x, y, 0.0 * x, color=style.GROUND, alpha=0.35, shade=False)
-    ground.set_clip_on(False)
+    style.ground(space, (low[0], high[0]), (low[1], high[1]), 0.0)
     space.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
     space.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     for axis in (space.xaxis, space.yaxis, space.zaxis):

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from . import solution, style
-from .needed import needed
 
 
 def side_by_side(results, exact, **options):
@@ -18,12 +17,11 @@ def side_by_side(results, exact, **options):
     results : dict of str to OdeResult
     exact : ndarray, shape (2, n_points)
     """
-    pyplot = needed("matplotlib.pyplot")
 
     rows = -(-len(results) // 3)
     with style.slides():
         size = {"figsize": (13, 1.0 + 4.4 * rows), "layout": "compressed"}
-        figure = pyplot.figure(**size | options)
+        figure = style.new_figure(**size | options)
         panels = figure.subplots(rows, 3, sharex=True, sharey=True, squeeze=False).ravel()
         for axes, colour, (label, result) in zip(
             panels, itertools.cycle(style.COLOURS), results.items(), strict=False
@@ -41,7 +39,8 @@ def side_by_side(results, exact, **options):
         panels[0].set(xlim=(-reach, reach), ylim=(-reach, reach))
         style.legend(figure, panels[0])
         spaces: Any = figure.get_layout_engine()
-        spaces.set(h_pad=0.1)  # inches: above the titles, too
+        if spaces is not None:
+            spaces.set(h_pad=0.1)  # inches: above the titles, too
     return figure
 
 

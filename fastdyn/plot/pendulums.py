@@ -49,7 +49,7 @@ def small_angle(pendulum, t):
         )
         angle.set(xlabel="ω₀ t (rad)", ylabel="angle θ (°)")
         style.in_pi(angle.xaxis)
-        angle.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+        style.own_legend(angle)
     return figure, below
 
 
@@ -75,9 +75,9 @@ def on_circle(results, length, **options):
         place.set_ylabel("position (m)")
         force.set_ylabel("cable tension R (N)")
         off.set(ylabel="distance from\nthe circle (m)", xlabel="t (s)")
-        place.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+        style.own_legend(place)
         if len(results) > 1:
-            off.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+            style.own_legend(off)
     return figure
 
 

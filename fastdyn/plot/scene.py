@@ -20,7 +20,7 @@ class Scene(NamedTuple):
     bodies : list of (x, y) or (x, y, z)
         Filled polygons.
     ground : float, optional
-        The height of the ground, drawn across the picture.
+        The height of the ground along the last axis, drawn across the picture.
     axes : tuple of str
         Names of the axes.
     note : str
@@ -63,18 +63,22 @@ def frame(scenes):
     """
     Limits of the axes that show all of every scene at equal scales, "xlim", "ylim" and "zlim".
 
-    No side is shorter than about half of the longest; a last axis that points downwards has its
-    limits the other way round.
+    No side is shorter than about half of the longest, and heights above a plane than a fifth; a
+    last axis that points downwards has its limits the other way round.
     """
     first = scenes[0]
     low, high = _corners(scenes)
-    if first.ground is not None:
-        low[1], high[1] = min(low[1], first.ground), max(high[1], first.ground)
+    ground, space = first.ground, len(low) == 3
+    if ground is not None:
+        low[-1], high[-1] = min(low[-1], ground), max(high[-1], ground)
     reach = 0.57 * np.maximum(high - low, 1e-9)
-    reach = np.maximum(reach, 0.55 * reach.max())
+    least = np.full(len(reach), 0.55 * reach.max())
+    if ground is not None and space:
+        least[-1] = 0.2 * reach.max()
+    reach = np.maximum(reach, least)
     middle = 0.5 * (low + high)
-    if first.ground is not None and low[1] >= first.ground:
-        middle[1] = first.ground + 0.85 * reach[1]  # little of the region below the ground
+    if ground is not None and low[-1] >= ground:  # little of the region below the ground
+        middle[-1] = ground + (1.0 if space else 0.85) * reach[-1]
     limits = [(m - r, m + r) for m, r in zip(middle, reach, strict=True)]
     if first.down:
         limits[-1] = limits[-1][::-1]

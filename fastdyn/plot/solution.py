@@ -9,9 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from .style import column, legend, sizes, slides, with_unit
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
+
+from .style import column, legend, named, sizes, slides
+
+FEW = 120  # steps up to which each is a dot
 
 
+@shown_when_wrong(result=kinds.results, label=kinds.text)
 def plot(result, label=None, **options):
     """
     Draw a result: the figure of its system, or the components of the state against time.
@@ -23,16 +29,21 @@ def plot(result, label=None, **options):
     label : str, optional
         Label of a single result in the legend.
     **options
-        Passed on to the system's figure, and from there to ``matplotlib.pyplot.figure``.
+        Passed on to the system's figure, and from there to ``matplotlib.pyplot.figure``; or `ax`,
+        an Axes of a grid as of ``plt.subplots``: a figure of one panel is drawn there, a figure of
+        several takes its place.
 
     Returns
     -------
     matplotlib.figure.Figure
+        With `ax`, the figure of `ax`, or the SubFigure in its place.
 
     Raises
     ------
     ValueError
         If the result holds no point.
+    TypeError
+        If `ax` is no Axes of a grid.
     """
     several = isinstance(result, dict) and "y" not in result
     results: dict[str, Any] = result if several else {label or "computed": result}
@@ -44,11 +55,12 @@ def plot(result, label=None, **options):
     return system.figure(results, **options)
 
 
+@shown_when_wrong(results=kinds.results)
 def components(results, **options):
     """Every component of the state against time, one panel each, results overlaid."""
     first = next(iter(results.values()))
     system = getattr(first, "system", None)
-    names = [with_unit(state.name, state.unit) for state in system.states] if system else None
+    names = [named(state) for state in system.states] if system else None
     n_panels = min(len(first.y), 8)
     with slides():
         figure, panels = column(n_panels, **options)
@@ -82,7 +94,7 @@ def invariants(panels, system, results):
         steady = max(np.abs(values - start).max() for values in curves) < 0.01 * size
         base = start if steady else 0.0
         for result, values, label in zip(results.values(), curves, results, strict=True):
-            axes.plot(result.t, values - base, label=label)
+            at_steps(axes, result.t, values - base, label=label)
         axes.axhline(start - base, color="k", ls="--", lw=1.2)
         shown = np.clip(np.concatenate(curves), start - 2.0 * size, start + 2.0 * size) - base
         margin = 0.06 * (np.ptp(shown) or size)
@@ -93,7 +105,17 @@ def invariants(panels, system, results):
         axes.set_title(label)
 
 
-def plane(axes, exact, path, colour):
+def at_steps(axes, t, values, **options):
+    """
+    Draw what a solver keeps at its steps alone: a line, with dots where steps are few.
+
+    Between the steps, invariants have the errors of the interpolation, which are often larger.
+    """
+    dots = {"marker": ".", "ms": 6} if len(t) <= FEW else {}
+    axes.plot(t, values, **dots | options)
+
+
+def plane(axes, exact, path, colour, label=None):
     """
     Draw a computed and an exact path in the (x, y) plane, at equal scales.
 
@@ -102,7 +124,7 @@ def plane(axes, exact, path, colour):
     exact, path : ndarray, shape (2, n_points)
         The axes show the whole exact path, or the whole computed path if `exact` is NaN.
     """
-    axes.plot(*path, color=colour, lw=1.2)
+    axes.plot(*path, color=colour, lw=1.2, label=label)
     known = not np.isnan(exact).any()
     if known:
         axes.plot(*exact, "k--", lw=1.2, label="exact")
@@ -111,8 +133,10 @@ def plane(axes, exact, path, colour):
     middle, reach = 0.5 * (low + high), 0.6 * max((high - low).max(), 1e-300)
     axes.set(xlim=middle[0] + reach * np.array([-1, 1]), aspect="equal")
     axes.set(ylim=middle[1] + reach * np.array([-1, 1]), xlabel="x (m)", ylabel="y (m)")
+    axes.locator_params(nbins=6)
 
 
+@shown_when_wrong(results=kinds.results)
 def drift(results, **options):
     """
     Draw the relative change of every invariant against time, on a logarithmic axis.
@@ -136,6 +160,7 @@ def drift(results, **options):
     return figure
 
 
+@shown_when_wrong(result=kinds.result)
 def relative_changes(result):
     """Change of every invariant since the first point, divided by its size there, by name."""
     changes = {}
@@ -150,6 +175,7 @@ def between(result):
     return continuous() if continuous else result.sol
 
 
+@shown_when_wrong(result=kinds.result, per_step=kinds.number)
 def curve(result, per_step=16):
     """
     Points for a smooth line, from the continuous solution: ``per_step`` in each step, and at least
@@ -168,6 +194,7 @@ def curve(result, per_step=16):
     return grid, sol(grid)
 
 
+@shown_when_wrong(system=kinds.system, t=kinds.numbers)
 def exact_curve(system, t):
     """The exact state along t, shape (n, n_points), or NaN if no exact solution is known."""
     try:

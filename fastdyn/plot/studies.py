@@ -28,7 +28,7 @@ def plot_studies(studies, **options):
             for label, study in studies.items():
                 drift = study.drifts[name]
                 size = np.maximum(np.abs(drift.low), np.abs(drift.high))
-                known = f"{label}: {drift.growth.verdict}"
+                known = f"{label} ({name.replace('_', ' ')}: {drift.growth.verdict})"
                 axes.plot(study.t, style.sizes(size), lw=1.4, label=known)
             relative = all(study.drifts[name].start for study in studies.values())
             axes.set_title(f"change of {name.replace('_', ' ')}")

@@ -13,5 +13,5 @@ TimeSpan: TypeAlias = Sequence[float] | np.ndarray
 Times: TypeAlias = ArrayLike
 State: TypeAlias = ArrayLike
 Method: TypeAlias = str | type  # a name, or a class of SciPy's solvers
-Arguments: TypeAlias = Sequence[Any] | np.ndarray
+Args: TypeAlias = Sequence[Any] | np.ndarray
 Path: TypeAlias = str | os.PathLike[str]

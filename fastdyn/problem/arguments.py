@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from fastdyn.words import kinds
+
 from . import mass, validate
-from .options import kinds
 from .options.table import OPTIONS, check_kinds, refused_by
 from .step_options import warn_of_breakpoints
 

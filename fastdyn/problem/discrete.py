@@ -163,7 +163,8 @@ def extended_function(fun, n, m):
     def derivative(t, z, *args):
         found = _listed(fun(t, z[:n], z[n:], *args))
         if len(found) != n:
-            raise ValueError(f"`fun` returned {len(found)} values for a state of {n}; {BESIDE}.")
+            said = f"`fun` returned {len(found)} value{'s' * (len(found) != 1)} for a state of {n}"
+            raise ValueError(f"{said}; {BESIDE}.")
         return [*found, *([0.0] * m)]
 
     _sign(derivative, fun)

@@ -2,17 +2,15 @@
 
 import functools
 import math
-import warnings
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from fastdyn.compile.mode import COMPLEX_EVENT, DERIVATIVE, EVENT, JUMP, MATRIX, SALTATION
-from fastdyn.compile.sentences import levels_inside
-
-from .options.kinds import noted, shown
-from .options.near import near_names, plain
+from fastdyn.compile.sentences import warn
+from fastdyn.words.kinds import noted, shown
+from fastdyn.words.near import near_names, plain
 
 ATTRIBUTES = ("terminal", "direction")  # of an event, as in SciPy
 OTHER_ATTRIBUTES = {  # words of MATLAB and others
@@ -83,10 +81,9 @@ def _warn_of_attributes(event):
         else:  # an object with fields of its own
             near = [one for one in ATTRIBUTES if plain(one) == plain(name)]
         if near and near[0] not in given:
-            warnings.warn(
+            warn(
                 f"the attribute `{name}` of the event `{_name(event)}` has no effect; did you mean "
-                f"`{near[0]}`?",
-                stacklevel=levels_inside(),
+                f"`{near[0]}`?"
             )
 
 

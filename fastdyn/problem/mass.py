@@ -5,6 +5,7 @@ import functools
 import numpy as np
 
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
+from fastdyn.compile.python_callback import value_of
 from fastdyn.kernels.methods import COMPLEX
 
 METHODS = "'Rodas5P', 'Radau' or 'BDF'"  # that take a mass matrix
@@ -48,7 +49,7 @@ def equations_of(asked, method, mode):
     if callable(found):
         if hasattr(fun, DIVIDED):  # in a worker of an ensemble
             return fun, None
-        first = _matrix(found(asked.t0, y0.copy(), *asked.args), n)
+        first = _matrix(value_of(found, asked.args, "mass", asked.t0, y0.copy()), n)
         return _divided(fun, found, first, options, mode), None
     matrix = _matrix(found, n)
     if options.get("project") is not None and is_singular(matrix):

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.compile.bind import bind, bind_matrix
+from fastdyn.compile.derivatives.sensitivities import bind_saltation, bind_variational
 from fastdyn.compile.functions import with_callback
 from fastdyn.compile.parameters import FLOAT, pack
 from fastdyn.compile.python_callback import Callback
@@ -16,7 +17,13 @@ from .validate import initial_state
 
 
 class Shared:
-    """An argument that is one array, common to all trajectories of an ensemble."""
+    """An argument that is one array, common to all trajectories of an ensemble.
+
+    Parameters
+    ----------
+    value : array_like
+        What `fun` gets for this argument in each trajectory, in any shape.
+    """
 
     def __init__(self, value):
         self.value = value
@@ -93,6 +100,7 @@ class Members:
 
     def __init__(self, y0, args):
         self.times: dict = {}  # times of schedules that differ, see ensemble/times.py
+        self._tolerances = 0, np.empty((0, 2), int)
         self.segments: Any = None  # (segments of all, first rows), if `fun` switches with the time
         states = _states(y0)
         self.complex = states.dtype.kind == "c"
@@ -148,9 +156,10 @@ class Members:
         """
         if not callable(fun):
             return bind_matrix(fun), []
-        varying = tuple([j + 1 for j in self.varying])
-        bound = bind(fun, self.first, mode, n, near, probe, varying=varying)
+        bound = self.bound(fun, self.first, mode, n, near, probe)
         if bound.function is None:
+            if probe is not None:
+                probe()
             announce = bound.callback and bound.callback.announce
             return self._in_python(fun, mode, n, announce), [
                 (FIRST + column, column) for column in range(len(self.varying))
@@ -161,6 +170,35 @@ class Members:
             (bound.word(j), column + n if kinds[column] == FLOAT else column)
             for column, j in enumerate(self.varying)
         ]
+
+    def bound(self, fun, args, mode, n, near, probe=None):
+        """The Bound of a function with arguments, whose code is that of all trajectories."""
+        varying = tuple([j + 1 for j in self.varying])
+        if mode.sensitivities:
+            near = near._replace(y0=fun.own(near.y0))
+            return bind_variational(fun, args, near, varying=varying)
+        if mode.saltation:
+            return bind_saltation(fun, args, near, varying)
+        return bind(fun, args, mode, n, near, probe, varying=varying)
+
+    def own_tolerances(self, row, first, values):
+        """Let the numbers of a row of the work array, from `first` on, differ by trajectory.
+
+        `values` are (M or 1, ...) numbers.
+        """
+        values = values.reshape(len(values), -1)
+        differ = np.flatnonzero((values != values[:1]).any(axis=0))
+        columns = self.words.shape[1] + np.arange(len(differ))
+        self._tolerances = row, np.column_stack([first + differ, columns])
+        if len(differ):
+            own = np.ascontiguousarray(values[:, differ]).view(np.int64)
+            self.words = np.ascontiguousarray(np.hstack([self.words, own]))
+
+    def tolerances(self, work):
+        """The places of the numbers of a work array that differ, in the form of `places`."""
+        row, components = self._tolerances
+        begin = work.ctypes.data + 8 * row * work.shape[1]
+        return [(begin + 8 * at, column, 0) for at, column in components.tolist()]
 
     def _in_python(self, fun, mode, n, announce):
         """Bind a function that stays in Python, and reads its arguments from the block."""

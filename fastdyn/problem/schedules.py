@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.words.kinds import shown
+
 from . import events as functions
-from .options.kinds import shown
 from .step_options import NO_SEGMENTS, segments_of_span
 
 SHORTHANDS = ("at", "every")
@@ -79,6 +80,7 @@ def every(period, start=None):
     Raises
     ------
     ValueError, TypeError
+        For a period that is not above zero, and for what is no finite number.
     """
     period, start = _number("every", period), None if start is None else _number("start", start)
     if not period > 0.0:
@@ -252,7 +254,7 @@ def checked(events, options, t0, tf):
     found, on_event, scheduled = divided(events, options, t0, tf)
     if (on_event or scheduled) and options.get("callback") is not None:
         said = "`on_event`" if on_event else "a schedule"
-        raise ValueError(f"{said} and `callback` do not go together: a step has no one end.")
+        raise ValueError(f"{said} and `callback` do not go together: a step may end in two states.")
     functions.endless(tf, found, options.get("max_steps"), scheduled)
     return found, on_event, scheduled
 

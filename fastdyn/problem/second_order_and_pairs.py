@@ -13,14 +13,14 @@ from fastdyn.compile.bind import bind
 from fastdyn.compile.derivatives.sensitivities import bind_variational
 from fastdyn.compile.functions import Bound, Function
 from fastdyn.compile.mode import ACCELERATION, COLUMN, DERIVATIVE, FORCE, VELOCITY
-from fastdyn.compile.python_callback import derivative, evaluate
+from fastdyn.compile.python_callback import called_with, derivative, evaluate
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls import block as words
 from fastdyn.kernels.calls.block import FAULT, WORDS_OF_PAIR
 from fastdyn.kernels.methods import METHODS
 from fastdyn.specialise.scalar import both_of_pair
 
-from .lsoda import NAME as LSODA
+from .lsoda import NO_BAND
 from .sensitivities import Variational
 
 HALVES = (VELOCITY, FORCE)
@@ -37,9 +37,7 @@ class Pair(NamedTuple):
     def __call__(self, t, y, *args):
         q, p = np.split(np.asarray(y), 2)
         given = zip(self, HALVES, (p, q), strict=True)
-        return np.concatenate(
-            [evaluate(lambda t, x, f=f: f(t, x, *args), mode, t, x) for f, mode, x in given]
-        )
+        return np.concatenate([evaluate(called_with(f, args), mode, t, x) for f, mode, x in given])
 
 
 def pair_of(functions):
@@ -102,7 +100,7 @@ def given_state(problem):
 def probe_equations(problem):
     """Evaluate the equations once in Python, to report mistakes."""
     p = problem
-    evaluate(lambda t, y: p.fun(t, y, *p.args), p.mode, p.t0, given_state(p).copy())
+    evaluate(called_with(p.fun, p.args), p.mode, p.t0, given_state(p).copy())
 
 
 def takes_batches(problem):
@@ -112,7 +110,7 @@ def takes_batches(problem):
     """
     p = problem
     short = len(p.y0) < IMPLICIT_FROM or p.mode.complex_numbers
-    if p.method.n_matrices and (short or p.method.name == LSODA):
+    if p.method.n_matrices and (short or p.band != NO_BAND):
         return False
     return not p.method.series
 
@@ -122,7 +120,7 @@ def bind_equations(problem, refused=None):
     p = problem
     y0 = given_state(p)
     if isinstance(p.fun, Variational):
-        return bind_variational(p.fun, p.args, Near(p.t0, p.tf, y0[: p.fun.n]), refused)
+        return bind_variational(p.fun, p.args, Near(p.t0, p.tf, p.fun.own(y0)), refused)
     if not isinstance(p.fun, Pair):
         near = Near(p.t0, p.tf, y0, takes_batches(p))
         return bind(p.fun, p.args, p.mode, len(y0), near, refused=refused)

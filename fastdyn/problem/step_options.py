@@ -1,13 +1,11 @@
 """Options of steps: tolerances, step sizes, the segments of a span with breakpoints."""
 
 import math
-import warnings
 
 import numpy as np
 
-from fastdyn.compile.sentences import levels_inside
-
-from .options.kinds import noted
+from fastdyn.compile.sentences import warn
+from fastdyn.words.kinds import noted
 
 EPS = float(np.finfo(float).eps)
 LATEST = 2.0**1022  # of times: the distance of two is finite
@@ -35,11 +33,12 @@ def tolerances(rtol, atol, y0, least=100 * EPS):
     if rtol.__class__ is float is atol.__class__ and rtol >= least and atol > 0:
         return rtol, atol
     rtol, atol = _tolerance(rtol, "rtol", len(y0)), _tolerance(atol, "atol", len(y0))
+    if np.any(rtol < 0):
+        raise ValueError(f"`rtol` must not be negative; got {rtol}.")
     if np.any(rtol < least):
-        warnings.warn(
+        warn(
             "At least one element of `rtol` is too small. "
-            f"Setting `rtol = np.maximum(rtol, {least})`.",
-            stacklevel=levels_inside(),
+            f"Setting `rtol = np.maximum(rtol, {least})`."
         )
         rtol = np.maximum(rtol, least)
     if np.any(atol < 0):
@@ -119,10 +118,7 @@ def warn_of_breakpoints(breakpoints, t0, tf):
     if breakpoints is None or within(breakpoints, t0, tf) is not None:
         return
     if np.size(breakpoints) and not np.isnan(np.asarray(breakpoints, float)).any():
-        warnings.warn(
-            f"`breakpoints` have no effect: none is within `t_span`, from {t0:g} to {tf:g}.",
-            stacklevel=levels_inside(),
-        )
+        warn(f"`breakpoints` have no effect: none is within `t_span`, from {t0:g} to {tf:g}.")
 
 
 def segments_of_span(breakpoints, t0, tf):

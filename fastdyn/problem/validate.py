@@ -12,14 +12,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.compile.mode import Mode
+from fastdyn.compile.sentences import warn
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.methods.method import ON_PAIRS
+from fastdyn.words.kinds import noted, shown, times
+from fastdyn.words.near import did_you_mean
+from fastdyn.words.raised import argument_names, of_odeint
 
 from . import jacobian, lsoda, mass, schedules, step_options
 from .domains import options as domains
-from .options.kinds import noted, shown, times
 from .options.names import warn_unused
-from .options.near import did_you_mean
 from .options.table import CHECKED, UNSET, check_kinds, checked_by_themselves, value_of
 
 IMPLICIT = ("Radau", "BDF", "LSODA")
@@ -75,6 +77,7 @@ class Problem(NamedTuple):
     inside: Any = None  # the sign of `domain`, 1.0 inside
     nonnegative: Any = None  # n bools
     ends_at_switches: bool = True  # whether steps end where `fun` switches with the time
+    differentiated: tuple = ()  # positions of arguments, from 1, by which a sweep differentiates
 
 
 def time_span(t_span):
@@ -99,7 +102,7 @@ def time_span(t_span):
 
 
 def _wanted_span(t_span):
-    """What `t_span` should be, for one that is no pair of numbers."""
+    """The sentence about a `t_span` that is no pair of numbers."""
     said = f"`t_span` must be start and end; got {shown(t_span)}"
     if isinstance(t_span, int | float | np.number):
         return f"{said}: (0, {t_span})?"
@@ -111,6 +114,9 @@ def _wanted_span(t_span):
 def function(fun, name="fun"):
     """Raise SciPy's TypeError for what is no function."""
     if callable(fun):
+        names = argument_names(getattr(fun, "__code__", None))
+        if said := of_odeint(names, f"`{name}`", f"{name}(t, y)"):
+            warn(said)
         return
     called = " (the function itself, not what it returns)" if isinstance(fun, CALLED) else ""
     raise noted(
@@ -148,7 +154,7 @@ def initial_state(y0, name="y0"):
 
 
 def _wanted_state(y0, name):
-    """What to write for a state of another shape than (n,)."""
+    """The advice for a state of another shape than (n,)."""
     if y0.ndim == 0:
         return f"One number is a state of one component: {name}=[{y0}]."
     said = f"It has shape {y0.shape}"
@@ -184,6 +190,11 @@ def method_named(method, automatic=False):
             return METHODS[method.__name__]
         if issubclass(method, OdeSolver):
             return None
+    if method == "WisdomHolman":
+        raise ValueError(
+            '`method="WisdomHolman"` needs masses instead of a function: take '
+            "fastdyn.planets.Planets(masses, q0, v0, G).solve(t_span, step=...)."
+        )
     known = ["auto", *METHODS] if automatic else [*METHODS]
     if method == "auto":
         raise ValueError(
@@ -277,7 +288,8 @@ def problem(asked, method, mode):
     project = options.get("project")
     if project is not None and (not method.projects or not callable(project)):
         raise ValueError(
-            f"{method.name} does not take `project`; RK4 and the adaptive methods do."
+            f"{method.name} does not take `project`; RK4 and the adaptive methods do, except for "
+            "BDF and LSODA."
             if not method.projects
             else f"`project` must be a function of (t, y) that returns a state; got {project!r}."
         )

@@ -22,7 +22,7 @@ from . import output
 from .output import OUTPUT_WORDS, STATE_RECORD, STATE_WORDS
 
 NONE_YET = (0.0, *[0] * 9)  # counts and flags of implicit methods
-NONE_OF_LSODA = (0.0,) * 8 + (0,) * 7
+NONE_OF_LSODA = (0.0,) * 9 + (0,) * 7
 NOTHING_CUT = (0.0,)
 NO_ACTION = (0, 0)
 NONE_SHORT = (0.0,)
@@ -39,10 +39,10 @@ def first_state(problem, n_extra=0):
     )  # fmt: skip
 
 
-def begin(problem) -> Any:
-    """The state record and the work array before the first step."""
+def begin(problem, matrix_rows) -> Any:
+    """The state record and the work array before the first step; a matrix takes `matrix_rows`."""
     n, p = len(problem.y0), problem
-    work = np.zeros((K + p.method.rows(n), n))
+    work = np.zeros((K + p.method.rows(matrix_rows), n))
     work[Y], work[RTOL], work[ATOL] = p.y0, p.rtol, p.atol
     return STATE_RECORD(*first_state(p)), work
 
@@ -139,7 +139,13 @@ def fill_tolerances(image, plan, problem):
     p, n = problem, plan.n
     numbers, work = image.view(float), plan.arrays["solve.work"][0]
     numbers[work + RTOL * n : work + (RTOL + 1) * n] = p.rtol
-    numbers[work + ATOL * n : work + (ATOL + 1) * n] = p.atol
+    fill_atol(image, plan, p.atol)
+
+
+def fill_atol(image, plan, atol):
+    """Fill the absolute tolerances of the image."""
+    begin = plan.arrays["solve.work"][0] + ATOL * plan.n
+    image.view(float)[begin : begin + plan.n] = atol
 
 
 def shape_of(problem, pair, n_points=None):

@@ -12,13 +12,12 @@ import json
 import os
 import pathlib
 import time
-import warnings
 
 import numpy as np
 
 from fastdyn import __version__
 from fastdyn.compile.fingerprint import Unknown, frozen
-from fastdyn.compile.sentences import levels_inside
+from fastdyn.compile.sentences import warn
 
 SECONDS = 5.0  # between two writes, at least
 FULL = {getattr(errno, name, None) for name in ("ENOSPC", "EDQUOT")}  # errors that may be temporary
@@ -37,8 +36,8 @@ def fingerprint(bounds):
             parts.append((bound.function.key, tuple([frozen(value) for _, value in bound.values])))
         except Unknown:
             raise ValueError(
-                "a run that can be resumed needs functions that compile and that refer to nothing "
-                "which only this process knows: it could not be told from another one."
+                "`checkpoint` needs functions that compile, and that use no object which exists in "
+                "this process alone: a file must tell its run from other runs."
             ) from None
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 
@@ -51,6 +50,15 @@ def refuse_other(path, header, ours, name):
             f"`{path}` belongs to another run; what differs: {', '.join(wrong)}. "
             f"Give another `{name}`, or remove this one."
         )
+
+
+def fill(own, arrays):
+    """Copy the arrays of a file over those of a run; ValueError if they are not of this run."""
+    for name, mine in own.items():
+        array = arrays.get(name)
+        if array is None or (array.shape, array.dtype) != (mine.shape, mine.dtype):
+            raise ValueError(f"the checkpoint is not of this run: its `{name}` is another.")
+        mine[...] = array
 
 
 class Checkpoint:
@@ -154,10 +162,9 @@ class Checkpoint:
     def _warn(self, error):
         """Warn, at the first of several failures, that the run goes on without a new checkpoint."""
         if not self._fails:
-            warnings.warn(
+            warn(
                 f"the checkpoint `{self.path}` was not written: {error.strerror or error}. The run "
-                "goes on; what was written before stays.",
-                stacklevel=levels_inside(),
+                "goes on; what was written before stays."
             )
         self._fails = True
 

@@ -35,6 +35,7 @@ from .functions.switching import switching_of
 from .matrices.layouts import matrices_of
 from .matrices.mass import mass_of
 from .memory import MEMORY, Y0, lay, plan
+from .resume import put_tables
 
 MOST_PIECES = 16  # most pieces of output at the start of a solve, if the last solve needed them
 NO_SNAPSHOTS = np.empty((0, 0))
@@ -259,7 +260,11 @@ class LaidOut(PythonBetween):
 
     def go_on_from(self, own):
         """Take over the memory of a Run of the same plan, without pieces of output."""
+        tables = [self.plan.view(own, f"events.{name}").copy() for name in ("table", "schedules")]
         self.memory = own
+        for name in ("table", "schedules"):
+            self.view(f"events.{name}")[:] = self.plan.view(self._image, f"events.{name}")
+        put_tables(self, *tables)
         for at, offset in self.plan.places.tolist():
             self._words[at] = address_of(own) + offset
 

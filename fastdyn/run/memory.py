@@ -6,9 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.code_store import meant_for
 from fastdyn.code_store.call import KERNEL, address_of
 from fastdyn.compile import memory
 from fastdyn.kernels.methods import BY_NAME
+from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.kernels.output.arguments import EVENTS, OUTPUT, SCHEDULES, Launch
 from fastdyn.kernels.state.record import STATE, K
 from fastdyn.specialise.scalar import (
@@ -84,6 +86,7 @@ class Plan:
         matrix_rows,
     ):  # fmt: skip
         method, self.n, self.room = BY_NAME[name], n, n_points
+        meant_for(name.removesuffix(ON_PAIRS))
         self.n_events = n_events + n_schedules
         self.at_once = n_events * method.events_at_once + n_schedules
         n_occurrences += self.at_once

@@ -4,6 +4,7 @@ import struct
 
 import numpy as np
 
+from fastdyn.compile.compare import python_value
 from fastdyn.kernels.state.record import (
     ATOL,
     BAD_JACOBIAN,
@@ -29,6 +30,7 @@ from fastdyn.problem.schedules import in_order
 
 from .actions import OF_ACTIONS, after_action
 from .dense_output import PiecewisePolynomial, floors_of
+from .functions.undefined import of_undefined
 from .output import OCCURRENCES, occurrences
 from .result import OdeResult
 from .stiffness import of_failure
@@ -55,12 +57,20 @@ SENTENCES = {
     NON_FINITE: "The state is not finite after {t}: the solution blows up there, or the steps are "
     "too long for it; reduce `step`.",
 }
+OF_JUMPS = (
+    "If an algebraic variable jumps there at a known time, with what drives it, name the time in "
+    "`breakpoints=`. If the equations switch to and fro about a limit there, give an event that "
+    "resets the state, or hysteresis."
+)
 FLOAT = np.dtype(float)
 BLOWN_UP = 1e8  # growth relative to the initial state that counts as a blow-up
 
 
-def outcome(status, state, work, problem):
-    """SciPy's status, and the message that says why the kernels stopped."""
+def outcome(status, state, work, problem, bound=None):
+    """SciPy's status, and the message that says why the kernels stopped.
+
+    The equations are called where the run stopped, if their `bound` is given.
+    """
     s = state[0]
     if status == EVENT:
         return 1, TERMINATED
@@ -70,19 +80,22 @@ def outcome(status, state, work, problem):
     if status == STOPPED:
         return 1, f"`callback` stopped the integration at {t}."
     if status == STEP_TOO_SMALL:
-        return -1, f"{TOO_SMALL} {_why(s, work, problem, t)}"
+        return -1, f"{TOO_SMALL} {_why(s, work, problem, t, bound)}"
     if status == FAILED_AGAIN:
-        return -1, f"{OF_LSODA} {_why(s, work, problem, t)}"
+        return -1, f"{OF_LSODA} {_why(s, work, problem, t, bound)}"
     if status in OF_ACTIONS:
         return -1, after_action(status, s, problem, t)
     bad = np.flatnonzero(~np.isfinite(work[K + problem.method.fsal_stage]))
     if status == NON_FINITE and s["t"] == s["t_old"] and bad.size:
-        start = s["n_accepted"] == 0
-        where = "the start" if start else "the state that `on_event` returned"
-        outside = ", or the state lies outside of `domain`" if start and problem.domain else ""
-        return -1, f"`fun` returned nan or inf at {where}, {t} (component {bad[0]}){outside}."
+        return -1, _not_finite(s, problem, t, bound, bad[0])
+    if status == BAD_JACOBIAN and bound is not None:
+        if said := of_undefined(problem, bound, float(s["t"]), work[Y], float(s["h"])):
+            return -1, said
     if status in SENTENCES:
-        return LEFT if status == BORDER else -1, SENTENCES[status].format(t=t)
+        said = SENTENCES[status].format(t=t)
+        if status == NOT_CONVERGED:
+            said = said.replace("`step`", f"`step={problem.h:.10g}`")
+        return LEFT if status == BORDER else -1, said
     implicit = problem.method.n_matrices > 0
     return -1, (
         f"`max_steps={problem.max_steps:g}` was reached at {t}, "
@@ -92,7 +105,23 @@ def outcome(status, state, work, problem):
     )
 
 
-def _why(s, work, problem, t):
+def _not_finite(s, problem, t, bound, component):
+    """The sentence about a slope that is not finite before any step, or behind an action."""
+    start = s["n_accepted"] == 0
+    if start and bound is not None:
+        found = python_value(bound, problem.t0, problem.y0[: bound.n].copy())
+        if not isinstance(found, Exception) and np.isfinite(found).all():
+            step = "step" if not problem.method.error_order else "first_step"
+            return (
+                f"The step from {t}, of the length {abs(s['h']):.10g}, gives no finite state, "
+                f"though `fun` is finite there: it is too long; reduce `{step}`."
+            )
+    where = "the start" if start else "the state that `on_event` returned"
+    outside = ", or the state lies outside of `domain`" if start and problem.domain else ""
+    return f"`fun` returned nan or inf at {where}, {t} (component {component}){outside}."
+
+
+def _why(s, work, problem, t, bound):
     """The reason why an adaptive run stopped before the end."""
     if problem.h_max < 16 * np.spacing(abs(float(s["t"]))):
         return f"At {t}, `max_step={problem.h_max:g}` is no step."
@@ -100,6 +129,8 @@ def _why(s, work, problem, t):
         return f"At {t}, `min_step={problem.h_least:g}` is too long for the tolerance."
     if problem.nonnegative is not None and (work[Y][problem.nonnegative] < 0.0).any():
         return f"At {t}, a component that must not be negative is, from `y0`."
+    if bound is not None and (said := of_undefined(problem, bound, float(s["t"]), work[Y])):
+        return said
     if not np.isfinite(s["error"]):
         return f"`fun` returns nan or inf just after {t}."
     slope = ""
@@ -111,10 +142,11 @@ def _why(s, work, problem, t):
     growth = np.abs(work[Y]).max() / max(np.abs(problem.y0).max(), absolute, 1e-300)
     if growth > BLOWN_UP:
         return f"The solution blows up at {t}: it has grown {growth:.1e}-fold."
+    advice = f" {OF_JUMPS}" if problem.mode.residual else ""
     return (
         f"At {t} no step is short enough for the tolerance: the solution has a singularity or a "
         f"jump there{slope}, or "
-        f"rtol = {work[RTOL].max():.1e} is too loose to have kept it away from one."
+        f"rtol = {work[RTOL].max():.1e} is too loose to have kept it away from one.{advice}"
     )
 
 
@@ -129,7 +161,7 @@ def result_of(problem, status, run):
         code, message = 0, SUCCESS
     else:
         state, work = run.view("solve.state"), run.view("solve.work")
-        code, message = outcome(status, state, work, problem)
+        code, message = outcome(status, state, work, problem, run.bounds[0])
         if status == STEP_TOO_SMALL:
             message += of_failure(problem, run)
     return results(problem, run.plan)(run.memory, run.grown, code, message)
@@ -204,10 +236,10 @@ def _more(problem, plan):
             sol = _solution(p, t, d, spans)
         if p.events is not None:
             if grown is not None:
-                times, states = _occurrences(p, *grown.found_so_far())
+                times, states = occurrences_of(p, *grown.found_so_far())
             elif n_events:
                 found = [view(memory, name)[:n_events] for name in OCCURRENCES]
-                times, states = _occurrences(p, *found)
+                times, states = occurrences_of(p, *found)
             else:
                 times, states = [np.empty(0) for _ in every], [np.empty(0) for _ in every]
         if p.nonnegative is not None:
@@ -235,7 +267,7 @@ def _solution(problem, t, polynomials, spans):
     return PiecewisePolynomial(ts, as_components(problem, polynomials), spans, floors)
 
 
-def _occurrences(problem, index, t, y):
+def occurrences_of(problem, index, t, y):
     """The fields t_events and y_events, from the occurrences of events: index, time, state."""
     p, n = problem, len(problem.events)
     if p.nonnegative is not None:

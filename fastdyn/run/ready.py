@@ -22,7 +22,7 @@ from fastdyn.kernels.state.record import BAD_STATE, EVENT, FINISHED
 from fastdyn.problem.step_options import LATEST, fixed_step
 from fastdyn.problem.validate import output_times
 
-from .begin import fill_span, fill_tolerances
+from .begin import fill_atol, fill_span
 from .laid_out import new_memory
 from .memory import MEMORY, Y0
 from .outcome import SUCCESS, TERMINATED, result_of, results
@@ -251,9 +251,9 @@ class ReadyRun:
         read, block = self._readers[0]
         return read(fun, args, block)
 
-    def take_tolerances(self, problem):
-        """Take the tolerances of a problem."""
-        fill_tolerances(self._image, self.run.plan, problem)
+    def take_atol(self, atol):
+        """Take other absolute tolerances, one for each component."""
+        fill_atol(self._image, self.run.plan, atol)
 
     def taken(self):
         """The span, the step sizes and the times of output that the next solve has."""

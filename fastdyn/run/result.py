@@ -9,6 +9,7 @@ import numpy as np
 
 from fastdyn.plot.displayed import display
 from fastdyn.plot.needed import needed
+from fastdyn.words.near import did_you_mean
 
 
 class Counted(NamedTuple):
@@ -59,7 +60,8 @@ ALL_FIELDS = (
     Field("nlu", "", "", lambda method, c: c.n_factorised),
     Field(
         "status", "int",
-        "0: the end was reached; 1: a terminal event; -1: failure; -2: interrupted.",
+        "0: the end was reached; 1: a terminal event, or `callback`; -1: failure; -2: interrupted; "
+        "-3: the border of `domain`.",
     ),
     Field("message", "str", "The reason of the end, in a sentence."),
     Field("success", "bool", "True if `status` is 0 or 1."),
@@ -89,8 +91,10 @@ ALL_FIELDS = (
     Field(
         "vjp", "callable",
         "``vjp(g)`` returns the derivatives of a number by the initial state and by arguments, as "
-        "a dict, from the derivatives `g` of the number by `y`, of shape (n, n_points): see "
-        "`fastdyn.solve.adjoint.vjp.Vjp`.",
+        "a dict, from the derivatives `g` of the number by `y`, of shape (n, n_points).  "
+        "``vjp(g, t_events=None, y_events=None)`` also takes derivatives by the times of events "
+        "and by the states there: for each event None, or shape (k,) and (k, n).  ValueError if a "
+        "shape is wrong, a derivative is not finite, or the problem is too stiff for the method.",
         only="`adjoint`",
     ),
     Field(
@@ -135,7 +139,18 @@ INDENT = "    "
 
 
 class NoField(KeyError, AttributeError):
-    """A result has no field of this name, asked for as a key or as an attribute."""
+    """A result has no field of this name, asked for as a key or as an attribute.
+
+    The first argument is the name, the second has the names that there are.
+    """
+
+    def __str__(self):
+        name, known = self.args
+        asked = [field.only for field in ALL_FIELDS if field.name == name and field.only]
+        if asked:
+            return f"the result has no {name!r}; a result of a solve with {asked[0]} has one."
+        said = did_you_mean(name, known) or f"it has {', '.join(sorted(map(str, known)))}."
+        return f"the result has no {name!r}; {said}"
 
 
 class OdeResult(dict):
@@ -156,7 +171,7 @@ class OdeResult(dict):
     n_rejected: int
 
     def __missing__(self, name):
-        raise NoField(name)
+        raise NoField(name, tuple(self))
 
     __getattr__: Any = dict.__getitem__
     __setattr__: Any = dict.__setitem__

@@ -76,11 +76,16 @@ def to_arrays(status, run):
 def from_arrays(arrays, run):
     """Copy the arrays of a checkpoint into a run; return the status of the solve."""
     run.view("solve.state")[:], run.view("solve.work")[:] = arrays["state"], arrays["work"]
-    for name, saved, here in (("table", "events", HERE), ("schedules", "schedules", OF_SCHEDULE)):
+    put_tables(run, arrays["events"], arrays["schedules"])
+    run.output.put_back(arrays)
+    return int(arrays["status"])
+
+
+def put_tables(run, events, schedules):
+    """Copy the tables of events and schedules into a run, but for the run's own addresses."""
+    for name, saved, here in (("table", events, HERE), ("schedules", schedules, OF_SCHEDULE)):
         table = run.view(f"events.{name}")
         own = table[here].copy()
         if len(table):
-            table[:] = arrays[saved]
+            table[:] = saved
             table[here] = own
-    run.output.put_back(arrays)
-    return int(arrays["status"])

@@ -10,13 +10,12 @@ directions of damped oscillations the stability regions end at about the same di
 
 import contextlib
 import contextvars
-import warnings
 
 import numpy as np
 
 from fastdyn.compile.derivatives.switched import jumping, switched
 from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.sentences import levels_inside
+from fastdyn.compile.sentences import warn
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.kernels.state.record import Y_OLD, Y
@@ -40,13 +39,8 @@ ITERATIONS, SIZE = 40, 1e-6  # iterations of the power method; size of its displ
 DAMPED = 0.25  # loss of an oscillation in a radian
 ALIKE = 1e-3  # vectors that differ by less count as parallel
 
-SLIDES = (
-    "At t = {:.6g} the solution switches back and forth: both sides of a condition point at the "
-    "other. Take method='auto', which moves along the switch if no option acts on the state, or "
-    "give an event or hysteresis."
-)
-
 _gives_up = contextvars.ContextVar("gives up", default="")
+_automatic = contextvars.ContextVar("automatic", default=False)
 
 
 class StiffnessWarning(UserWarning):
@@ -63,6 +57,16 @@ class Sliding(Exception):
     def __init__(self, t, of, y):
         super().__init__(f"The solution slides along a switch at t = {t:.6g}.")
         self.of, self.chosen = of, jumping(of, t, y)
+
+
+@contextlib.contextmanager
+def automatic():
+    """Within this context the methods are those of "auto", which no sentence recommends again."""
+    token = _automatic.set(True)
+    try:
+        yield
+    finally:
+        _automatic.reset(token)
 
 
 @contextlib.contextmanager
@@ -127,18 +131,27 @@ def notice(problem, run):
     if found is not None:
         said = f"{found} Take method='{'Rodas5P' if few else 'BDF'}' or 'Radau'."
     elif chosen:
-        said = f"{problem.method.name} took {counters(run.memory)[0]} steps. {SLIDES.format(t)}"
+        said = f"{problem.method.name} took {counters(run.memory)[0]} steps. {_slides(t)}"
     else:
         return
     function.notes["looked at"] = MOST
-    warnings.warn(said, StiffnessWarning, stacklevel=levels_inside())
+    warn(said, StiffnessWarning)
+
+
+def _slides(t):
+    """The sentence about a solution that slides along a switch."""
+    auto = "Take method='auto', which moves along the switch if no option acts on the state, or "
+    return (
+        f"At t = {t:.6g} the solution switches back and forth: both sides of a condition point at "
+        f"the other. {'Give' if _automatic.get() else auto + 'give'} an event or hysteresis."
+    )
 
 
 def of_failure(problem, run):
     """A sentence for a run that failed on a switch, or by stability; else ""."""
     t, _, _, chosen = switches_of(problem, run)
     if chosen:
-        return f" {SLIDES.format(t)}"
+        return f" {_slides(t)}"
     bound, n_steps = run.bounds[0], counters(run.memory)[0]
     if not problem.method.stable_to or bound.function is None or bound.pair or n_steps < FEWEST:
         return ""
@@ -156,7 +169,8 @@ def of_failure(problem, run):
     t, value = found[len(found) // 2]
     return (
         f" Before, its steps were as long as stability allows (an eigenvalue of {_said(value)} of "
-        f"the Jacobian at t = {t:.6g}): the problem is stiff; take Radau."
+        f"the Jacobian at t = {t:.6g}): the problem is stiff"
+        f"{'' if _gives_up.get() else '; take Radau'}."  # "auto" takes it by itself
     )
 
 

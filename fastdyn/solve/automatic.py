@@ -7,13 +7,14 @@ import numpy as np
 from fastdyn.compile.bind import numpy_errors_are_heard
 from fastdyn.compile.derivatives.switched import ADDED, EVENTS, has_switches
 from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.sentences import told_once
 from fastdyn.compile.traced.known import known_trace, left_of
 from fastdyn.compile.traced.make import LONG, Near, traced_function
 from fastdyn.problem.domains import options as domains
 from fastdyn.problem.options.table import TOLERANCES, refused_among, value_of
 from fastdyn.problem.switched import longer
 from fastdyn.run.loop import Raised
-from fastdyn.run.stiffness import Sliding, Stiff, given_up
+from fastdyn.run.stiffness import Sliding, Stiff, automatic, given_up
 from fastdyn.specialise.series import NoSeries, large_refused
 
 from .discrete import parted
@@ -27,7 +28,7 @@ SWITCHES = (
 )
 
 
-def solved(asked, slides=True):
+def solved(asked):
     """The result of Arguments by their method; with "auto" by the method that suits the problem.
 
     If stability limits the steps, which is looked at after fixed numbers of steps, the run begins
@@ -41,6 +42,11 @@ def solved(asked, slides=True):
     """
     if not (isinstance(asked.method, str) and asked.method == "auto"):
         return solved_by(asked, asked.method)
+    with automatic(), told_once():
+        return _chosen(asked, slides=True)
+
+
+def _chosen(asked, slides):
     if asked.adjoint is not None:
         name = _pair(asked)
         return _named(solved_by(asked, name), name, "`adjoint` goes back over the steps of a pair.")
@@ -52,7 +58,7 @@ def solved(asked, slides=True):
     except Stiff as found:
         return _named(_to_the_end(asked), "Radau", str(found))
     except Sliding as found:
-        return _along_switches(asked, found) or solved(asked, slides=False)
+        return _along_switches(asked, found) or _chosen(asked, slides=False)
     except Raised as found:
         reason = f"`fun` raised {type(found.error).__name__}: {found.error}."
         other = _by_others(asked, reason, "Radau", "Taylor")
@@ -61,7 +67,10 @@ def solved(asked, slides=True):
         return other
     if result.status != -1:
         return result
-    return _by_others(asked, f"{result.method} failed: {result.message}", "Radau") or result
+    other = _by_others(asked, f"{result.method} failed: {result.message}", "Radau")
+    if other is None:
+        result.message += " Radau failed, too."
+    return other or result
 
 
 def _along_switches(asked, found):

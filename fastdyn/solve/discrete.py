@@ -19,6 +19,12 @@ class PreparedWithDiscrete:
         self._solver, self._start, self._n, self._given = solver, start, n, again
         self._m = len(start) - n
 
+    def __repr__(self):
+        return f"<Prepared with {self._m} discrete: {repr(self._solver).partition(': ')[2]}"
+
+    def _repr_html_(self):
+        return self._solver._repr_html_()
+
     def __reduce__(self):
         """Pickle the arguments of `prepare`: a copy is prepared anew."""
         return self._given
@@ -112,6 +118,8 @@ def parted(whole, n):
     result.discrete_events = at_events and [y[:, n:] if y.size else y for y in at_events]
     if "sensitivity" in whole:
         result.sensitivity = _of_parts({k: s[:n] for k, s in whole.sensitivity.items()}, n, 1)
+    if whole.get("vjp") is not None:
+        result["vjp"] = VjpOfParts(whole["vjp"], n, whole.y)
     if "event_sensitivity" in whole:
         result.event_sensitivity = [
             each and type(each)(
@@ -120,6 +128,59 @@ def parted(whole, n):
             for each in whole.event_sensitivity
         ]  # fmt: skip
     return result
+
+
+class VjpOfParts:
+    """The `vjp` of a solve with discrete states.
+
+    Parameters
+    ----------
+    vjp : callable
+        That of the longer state.
+    n : int
+        The number of components of y.
+    whole : ndarray, shape (n + m, n_points)
+        The longer states.
+    """
+
+    def __init__(self, vjp, n, whole):
+        self._vjp, self._n, self._shape = vjp, n, np.shape(whole)
+
+    def __repr__(self):
+        return repr(self._vjp)
+
+    def __call__(self, g=None, t_events=None, y_events=None, discrete=None):
+        """As `adjoint.vjp.Vjp`; `discrete` has the derivatives by the field of this name.
+
+        The result has "discrete" beside "y0".
+        """
+        from .adjoint.events import checked  # imports Numba
+
+        n, whole = self._n, None
+        if len(self._shape) < 2:  # a solve that failed at the start
+            return self._vjp(g)
+        (size, k) = self._shape
+        if g is not None or discrete is not None or (t_events is None and y_events is None):
+            whole = np.zeros((size, k))
+            if g is not None or discrete is None:
+                whole[:n] = checked("g", "y", g, (n, k))
+            if discrete is not None:
+                whole[n:] = checked("discrete", "discrete", discrete, (size - n, k))
+        if isinstance(y_events, list | tuple):
+            y_events = [self._longer(i, each) for i, each in enumerate(y_events)]
+        return _of_parts(self._vjp(whole, t_events, y_events), n, 0)
+
+    def _longer(self, i, rows):
+        """Derivatives by states at an event, followed by zeros for the discrete states."""
+        if rows is None:
+            return None
+        given = np.asarray(rows)
+        if given.ndim != 2 or given.shape[1] != self._n:
+            raise ValueError(
+                f"`y_events[{i}]` has the derivatives by `y_events[{i}]` and so its shape, "
+                f"(k, {self._n}) for k occurrences; got {given.shape}."
+            )
+        return np.hstack([given, np.zeros((len(given), self._shape[0] - self._n))])
 
 
 def _of_parts(found, n, axis):

@@ -18,8 +18,8 @@ def solved_by(asked, method):
     asked = asked._replace(looked_up=False)
     if asked.options.get("on_event") is not None:
         raise ValueError(
-            "`error_estimate` compares two solutions at the same times, where those of `on_event` "
-            "jump at different ones: solve from one event to the next."
+            "`error_estimate` compares two solutions at the same times, but with `on_event` they "
+            "jump at different times: solve from one event to the next."
         )
     left = refused_by("second pass")
     options = {name: value for name, value in asked.options.items() if name not in left}

@@ -9,27 +9,37 @@ from fastdyn.problem.arguments import checked
 from fastdyn.problem.discrete import longer as with_discrete_states
 from fastdyn.problem.options.docstrings import documented, filled
 from fastdyn.run.result import FIELDS
+from fastdyn.words.calls import shown_when_wrong
 
 from . import automatic, repeated
 from .discrete import parted
 
 if TYPE_CHECKING:
-    from fastdyn.problem import argument_types as types
+    from fastdyn.problem.argument_types import (
+        Args,
+        Function,
+        Functions,
+        Method,
+        State,
+        Times,
+        TimeSpan,
+    )
     from fastdyn.run.result import OdeResult
 
 
+@shown_when_wrong()
 @filled(fields=FIELDS)
 @documented
 def solve_ivp(
-    fun: types.Function,
-    t_span: types.TimeSpan,
-    y0: types.State,
-    method: types.Method = "RK45",
-    t_eval: types.Times | None = None,
+    fun: Function,
+    t_span: TimeSpan,
+    y0: State,
+    method: Method = "RK45",
+    t_eval: Times | None = None,
     dense_output: bool = False,
-    events: types.Functions | None = None,
+    events: Functions | None = None,
     vectorized: bool = False,
-    args: types.Arguments | None = None,
+    args: Args | None = None,
     **options: Any,
 ) -> OdeResult:
     """Solve y' = fun(t, y) from y(t0) = y0, with compiled code.
@@ -104,14 +114,14 @@ def solve_ivp(
 
     "Taylor" needs a function that can be traced, and raises ValueError for operations without a
     series: tables, splines, rounding, remainders.  Steps end at kinks and jumps.  A step may pass a
-    smooth but steep transition, tanh(v / 0.01), undetected: give `max_step`.
+    pulse by a high power, cos(t)**400, undetected: give `breakpoints` or `max_step`.
 
     Sensitivities solve S' = df/dy S + df/dp, with exact derivatives of a traced `fun`, in one
-    system with y: n (1 + m) numbers for m directions.  The steps keep y and each column of S in
-    tolerance; `atol` of a column is that of y per unit of its direction (per its value, if above
-    1).  At events, S is the derivative at a fixed time; `event_sensitivity` has the derivatives of
-    the times of events, and of the states there.  Events that act change S, too.  If `fun` jumps as
-    the state passes a limit, S would jump, which is not computed: ValueError.
+    system with y: n (1 + m) numbers for m directions.  The steps keep y, and the mean of the
+    columns of S, in tolerance; `atol` of a column is that of y per unit of its direction (per its
+    value, if above 1).  At events, S is the derivative at a fixed time; `event_sensitivity` has the
+    derivatives of the times of events, and of the states there.  Events that act change S, too.  If
+    `fun` jumps as the state passes a limit, S would jump, which is not computed: ValueError.
 
     Examples
     --------

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.options.docstrings import filled
-from fastdyn.problem.options.kinds import number, shown
 from fastdyn.problem.options.table import refused_among
 from fastdyn.problem.schedules import refuse_schedules
 from fastdyn.problem.step_options import within
@@ -18,12 +17,15 @@ from fastdyn.problem.validate import function, method_named, output_times
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import SUCCESS
 from fastdyn.run.result import COUNTS, FIELDS, OdeResult
+from fastdyn.words.calls import shown_when_wrong
+from fastdyn.words.kinds import number, shown
+from fastdyn.words.near import did_you_mean
 
 from . import automatic
 from .discrete import parted, with_discrete_phases
 
 if TYPE_CHECKING:
-    from fastdyn.problem import argument_types as types
+    from fastdyn.problem.argument_types import Args, Functions, State, Times, TimeSpan
 
 
 class Phase(NamedTuple):
@@ -34,7 +36,7 @@ class Phase(NamedTuple):
     fun : callable
         ``fun(t, y, *args)``, the equations of motion of the phase.
     event : callable
-        The event that ends the phase, with `terminal` set.
+        ``event(t, y, *args)`` ends the phase at its zero; its attribute `terminal` must be True.
     after : callable
         ``after(t, y, *args)`` returns the name of the next phase and its initial state.
     options : mapping
@@ -47,17 +49,18 @@ class Phase(NamedTuple):
     options: Mapping[str, Any] = {}
 
 
+@shown_when_wrong()
 @filled("solve_phases")
 def solve_phases(
     phases: Mapping[str, Phase],
     first: str,
-    t_span: types.TimeSpan,
-    y0: types.State,
+    t_span: TimeSpan,
+    y0: State,
     method: str = "RK45",
-    t_eval: types.Times | None = None,
+    t_eval: Times | None = None,
     dense_output: bool = False,
-    events: types.Functions | None = None,
-    args: types.Arguments | None = None,
+    events: Functions | None = None,
+    args: Args | None = None,
     max_phases: int = 10_000,
     **options: Any,
 ) -> OdeResult:
@@ -107,9 +110,10 @@ def _solved(phases, first, asked, max_phases):
     segments, log, jumps = [], [], [False]
     status, message = -1, f"`max_phases={max_phases}` was reached"
     while len(segments) < max_phases:
-        if name not in phases:
+        if not isinstance(name, Hashable) or name not in phases:
             known = ", ".join(map(repr, phases))
-            raise ValueError(f"there is no phase {name!r}; there are {known}.")
+            advice = did_you_mean(name, phases, form="{!r}") or f"there are {known}."
+            raise ValueError(f"there is no phase {name!r}; {advice}")
         phase = phases[name]
         wanted = t_eval
         if t_eval is not None:

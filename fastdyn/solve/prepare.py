@@ -7,20 +7,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fastdyn.compile.bind import leave_to_python
-from fastdyn.compile.sentences import GaveUp
+from fastdyn.compile.sentences import GaveUp, name_of
+from fastdyn.plot.displayed import table
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked, compiled_method, refuse
 from fastdyn.problem.discrete import longer as with_discrete_states
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.members import Members
 from fastdyn.problem.options.docstrings import filled
-from fastdyn.problem.options.names import refuse_unknown
+from fastdyn.problem.options.names import ARGUMENTS, refuse_unknown
 from fastdyn.problem.options.table import OPTIONS
-from fastdyn.problem.second_order_and_pairs import mode_for
+from fastdyn.problem.second_order_and_pairs import mode_for, probe_equations
 from fastdyn.problem.sensitivities import check_method
 from fastdyn.run.loop import announce
 from fastdyn.run.ready import ReadyRun, Solver
 from fastdyn.run.solve_problem import run_of, solve_problem
+from fastdyn.words.calls import shown_when_wrong
+from fastdyn.words.kinds import shown
 
 from .discrete import PreparedWithDiscrete
 from .many import Ends, solve_many
@@ -28,19 +31,28 @@ from .repeated import WithSensitivities
 from .sensitivities import extended, solve_with_sensitivities
 
 if TYPE_CHECKING:
-    from fastdyn.problem import argument_types as types
+    from fastdyn.problem.argument_types import (
+        Args,
+        Function,
+        Functions,
+        Method,
+        State,
+        Times,
+        TimeSpan,
+    )
 
 
+@shown_when_wrong()
 @filled("prepare")
 def prepare(
-    fun: types.Function,
-    t_span: types.TimeSpan,
-    y0: types.State,
-    method: types.Method = "RK45",
-    t_eval: types.Times | None = None,
+    fun: Function,
+    t_span: TimeSpan,
+    y0: State,
+    method: Method = "RK45",
+    t_eval: Times | None = None,
     dense_output: bool = False,
-    events: types.Functions | None = None,
-    args: types.Arguments | None = None,
+    events: Functions | None = None,
+    args: Args | None = None,
     **options: Any,
 ) -> Prepared | PreparedWithDiscrete:
     """Make a solver of ``y' = fun(t, y, *args)``, to be called with other states and arguments.
@@ -78,7 +90,7 @@ def prepare(
         "dense_output": dense_output, "events": events, "args": args, **options,
     }  # fmt: skip
     refuse("prepare", options)
-    refuse_unknown("a prepared solver", options, OPTIONS)
+    refuse_unknown("a prepared solver", options, OPTIONS, ARGUMENTS)
     options = {"compile": "inlined", **options}
     asked = checked(fun, t_span, y0, method, t_eval, dense_output, events, False, args, options)
     validate.function(fun)
@@ -122,6 +134,16 @@ class Prepared:
         p = self._problem
         size = f"{len(p.y0)} component{'s' * (len(p.y0) != 1)}"
         return f"<Prepared: {p.method.name}, t = {p.t0:g} to {p.tf:g}, {size}>"
+
+    def _repr_html_(self):
+        p = self._problem
+        accuracy = {"rtol": p.rtol, "atol": p.atol} if p.method.error_order else {"step": p.h}
+        about = {"y0": p.y0, "args": p.args, **accuracy}
+        return table("Prepared", [
+            ("function", name_of(p.fun)), ("method", p.method.name),
+            ("t", f"{p.t0:g} to {p.tf:g}"),
+            *((name, shown(value)) for name, value in about.items()),
+        ])  # fmt: skip
 
     def __reduce__(self):
         """Pickle the arguments of `prepare`: a copy is prepared anew."""
@@ -229,6 +251,8 @@ class _Solver(Solver):
 
     def ready(self, problem):
         run = run_of(problem)
+        if run.bounds[0].function is None:
+            probe_equations(problem)
         announce(run.bounds)
         if not run.is_plain():
             return []

@@ -15,7 +15,7 @@ from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.problem.events import AS_GIVEN, of_own
 from fastdyn.problem.options.table import OPTIONS
-from fastdyn.problem.sensitivities import directions_of, longer_tolerances, with_sensitivities
+from fastdyn.problem.sensitivities import Tolerances, directions_of, with_sensitivities
 from fastdyn.run.ready import ReadyRun, Solver
 from fastdyn.run.solve_problem import WORDS, in_time, run_of
 from fastdyn.run.stiffness import notice, watch
@@ -184,8 +184,7 @@ class WithAdjoint(Repeated):
         try:
             result = ready.go(fun, y0, args, others, t_span, t_eval)
             if result is not None:
-                p = self.present(ready, None, (), ())
-                result = self._adjoint.finished(result, p, ready, fun, args)
+                result = self._adjoint.finished(result, self.problem, ready, fun, args)
         except GaveUp:
             return None
         self.idle.append(ready)
@@ -234,7 +233,9 @@ class WithSensitivities(Repeated):
         found = directions_of(self._sensitivity, p.fun, p.y0, p.args)
         self._directions = [d._replace(value=np.zeros(d.value.shape)) for d in found]
         self.problem, longer = stripped(p), with_sensitivities(p, found)
-        check = self._take_sizes if p.method.error_order else None
+        check, self._m = None, sum([d.size for d in found])
+        if p.method.error_order:
+            check, self._tolerances = self._take_sizes, Tolerances(p, self._m)
         return self._ready(longer, run_of, stripped(longer), check)
 
     def present(self, ready, fun, args, others):
@@ -260,10 +261,9 @@ class WithSensitivities(Repeated):
         except (TypeError, ValueError, OverflowError):
             return False
         if sizes != ready.sizes:
-            if len(sizes) != sum([d.size for d in self._directions]):
+            if len(sizes) != self._m:
                 return False
-            rtol, atol = longer_tolerances(self.problem, np.array(sizes))
-            ready.take_tolerances(ready.problem._replace(rtol=rtol, atol=atol))
+            ready.take_atol(self._tolerances.atol(np.array(sizes)))
             ready.sizes = sizes
         return True
 

@@ -1,15 +1,13 @@
 """Solves by SciPy: its solver classes, functions that write to the state between steps, trivial
 problems (no component, no span)."""
 
-import warnings
-
 import numpy as np
 
 from fastdyn.compile.bind import bind, rebind
 from fastdyn.compile.function_convention import call, code_at
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.sentences import CompileWarning, levels_inside, warn_once
+from fastdyn.compile.sentences import CompileWarning, warn, warn_once
 from fastdyn.compile.traced.known import facts_of
 from fastdyn.compile.traced.make import Near
 from fastdyn.problem import step_options, validate
@@ -78,7 +76,9 @@ def by_scipy(asked, method):
     given = given.copy() if numbers else y0.tolist()  # SciPy's solver writes to an array
     callback, stopped = options.get("callback"), []
     for name, _ in refused_among(options, "SciPy") if t0 != tf else ():
-        raise ValueError(f"`{name}` is for compiled methods and real states; not here.")
+        raise ValueError(
+            f"`{name}` is for compiled methods and real states; this solve is SciPy's."
+        )
     refuse_schedules(events, "take a compiled method, a real state and a span that is not empty")
     options = {k: v for k, v in options.items() if k not in OPTIONS or OPTIONS[k].scipys}
     if isinstance(options.get("jac"), str) and options["jac"] == DIFFERENCES:
@@ -157,11 +157,10 @@ def begun_again(problem, reason):
             "let `on_event` return the new state."
         )
     if facts_of(p.fun, p.args, p.mode, n).effect:
-        warnings.warn(
+        warn(
             "`fun` writes to the state that it is given, and SciPy's solver took over from the "
             "start: what `fun` counts or keeps includes the calls before.",
             CompileWarning,
-            stacklevel=levels_inside(),
         )
 
 

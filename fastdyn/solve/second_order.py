@@ -10,25 +10,36 @@ from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.sensitivities import check_method
 from fastdyn.run.solve_problem import solve_problem
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from .sensitivities import solve_with_sensitivities
 
 if TYPE_CHECKING:
-    from fastdyn.problem import argument_types as types
+    from fastdyn.problem.argument_types import (
+        Args,
+        Function,
+        Functions,
+        Method,
+        State,
+        Times,
+        TimeSpan,
+    )
     from fastdyn.run.result import OdeResult
 
 
+@shown_when_wrong(accel=kinds.function_of("(t, q)"), dense_output=kinds.flag)
 @filled("solve_second_order")
 def solve_second_order(
-    accel: types.Function,
-    t_span: types.TimeSpan,
-    q0: types.State,
-    v0: types.State,
-    method: types.Method = "VelocityVerlet",
-    t_eval: types.Times | None = None,
+    accel: Function,
+    t_span: TimeSpan,
+    q0: State,
+    v0: State,
+    method: Method = "VelocityVerlet",
+    t_eval: Times | None = None,
     dense_output: bool = False,
-    events: types.Functions | None = None,
-    args: types.Arguments | None = None,
+    events: Functions | None = None,
+    args: Args | None = None,
     *,
     step: float,
     **options: Any,

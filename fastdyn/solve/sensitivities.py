@@ -9,14 +9,20 @@ from fastdyn.compile.derivatives.sensitivities import decides, jump_of
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.compile.traced.make import Near
-from fastdyn.problem.sensitivities import directions_of, separated, with_sensitivities
+from fastdyn.problem.schedules import in_order
+from fastdyn.problem.sensitivities import (
+    by_name,
+    directions_of,
+    not_differentiable,
+    separated,
+    with_sensitivities,
+)
 from fastdyn.run.actions import NOT_FINITE
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import result_of
 from fastdyn.run.result import OdeResult
 from fastdyn.run.solve_problem import run_of
 
-NEEDS = "`{}` needs a function that can be traced and differentiated: {}."
 GRAZES = (
     "The new state or its sensitivities are nan or inf at t = {:.10g}: `on_event` returned nan or "
     "inf, or the event function touches zero there without crossing it, and the time of the event "
@@ -69,8 +75,9 @@ def at_events(problem, whole, directions):
     """An EventSensitivity for each event and schedule; None for an event without derivatives."""
     p, n, parts, found = problem, len(problem.y0), _parts(problem), []
     near, positions = Near(p.t0, p.tf, p.y0), tuple([d.position for d in directions])
-    functions = [event for event, *_ in p.events or ()]
-    functions += [None] * (len(whole["t_events"]) - len(functions))
+    functions = in_order(
+        [event for event, *_ in p.events or ()], p.schedules, [None] * len(p.schedules)
+    )
     m = sum([d.size for d in directions])
     for event, t, z in zip(functions, whole["t_events"], whole["y_events"], strict=True):
         z = z.reshape(len(t), n * (1 + m))
@@ -87,7 +94,7 @@ def at_events(problem, whole, directions):
         if event is not None:
             with np.errstate(all="ignore"):
                 states = s + rate[:, None] * moved
-        found.append(EventSensitivity(_by_name(moved, directions), _by_name(states, directions)))
+        found.append(EventSensitivity(by_name(moved, directions), by_name(states, directions)))
     return found
 
 
@@ -100,16 +107,6 @@ def _rate(problem, t, y):
     except Exception:
         return np.full(len(y), np.nan)
     return np.concatenate([y[n:], value])  # of q'' = a(t, q), v and a
-
-
-def _by_name(columns, directions):
-    """The parts of (..., m, k) by the names of the directions, each in the shape of its value."""
-    found, begin, (*before, _, k) = {}, 0, columns.shape
-    for d in directions:
-        end = begin + d.size
-        found[d.name] = columns[..., begin:end, :].reshape(*before, *d.value.shape, k)
-        begin = end
-    return found
 
 
 def extended(problem, sensitivity):
@@ -126,16 +123,6 @@ def extended(problem, sensitivity):
         return directions, longer, run_of(longer)
     except (Uncompilable, GaveUp) as reason:
         raise not_differentiable("sensitivity", problem, reason) from None
-
-
-def not_differentiable(option, problem, reason):
-    """The exception of a problem without derivatives: the function's own at the start, if any."""
-    p = problem
-    try:
-        evaluate(lambda t, y: p.fun(t, y, *p.args), p.mode, p.t0, p.y0.copy())
-    except Exception as error:
-        return error
-    return ValueError(NEEDS.format(option, reason))
 
 
 def _watched(problem, n):
@@ -171,7 +158,7 @@ def parted(whole, n, directions, parts=1):
         columns = each[:, n:].reshape(parts * n, -1, k)
     else:  # SciPy's empty output is a list
         columns = np.empty((parts * n, sum([d.size for d in directions]), 0))
-    result["sensitivity"] = _by_name(columns, directions)
+    result["sensitivity"] = by_name(columns, directions)
     sol, at_events = whole["sol"], whole["y_events"]
     if sol is not None:
         result.sol = PiecewisePolynomial(sol.ts, separated(sol.polynomials, n, parts)[0], sol.spans)

@@ -10,24 +10,35 @@ from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.second_order_and_pairs import check_pair, pair_of
 from fastdyn.run.solve_problem import solve_problem
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 if TYPE_CHECKING:
-    from fastdyn.problem import argument_types as types
+    from fastdyn.problem.argument_types import (
+        Args,
+        Function,
+        Functions,
+        Method,
+        State,
+        Times,
+        TimeSpan,
+    )
     from fastdyn.run.result import OdeResult
 
 
+@shown_when_wrong(dense_output=kinds.flag)
 @filled("solve_separable")
 def solve_separable(
-    velocity: types.Function,
-    force: types.Function,
-    t_span: types.TimeSpan,
-    q0: types.State,
-    p0: types.State,
-    method: types.Method = "VelocityVerlet",
-    t_eval: types.Times | None = None,
+    velocity: Function,
+    force: Function,
+    t_span: TimeSpan,
+    q0: State,
+    p0: State,
+    method: Method = "VelocityVerlet",
+    t_eval: Times | None = None,
     dense_output: bool = False,
-    events: types.Functions | None = None,
-    args: types.Arguments | None = None,
+    events: Functions | None = None,
+    args: Args | None = None,
     **options: Any,
 ) -> OdeResult:
     """Solve q' = velocity(t, p), p' = force(t, q), the motion of H = T(p) + V(q).
@@ -61,7 +72,9 @@ def solve_separable(
     """
     ours = validate.method_named(method)
     if ours is None:
-        raise ValueError(f"`method={method!r}` is SciPy's; solve_separable needs a compiled one.")
+        raise ValueError(
+            f"`method={method!r}` is SciPy's; solve_separable needs a compiled method."
+        )
     y0, pair = validate.joined_state(q0, p0, "p0"), pair_of((velocity, force))
     check_pair(len(y0), ours)
     t0, tf = validate.time_span(t_span)

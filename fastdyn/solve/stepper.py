@@ -10,17 +10,39 @@ from fastdyn.compile.sentences import GaveUp, WritesToState
 from fastdyn.kernels.state.record import EVENT, FINISHED, NON_FINITE, RUNNING, Y
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked, compiled_method, refuse
+from fastdyn.problem.discrete import longer
 from fastdyn.problem.options.docstrings import filled
+from fastdyn.problem.options.names import ARGUMENTS
+from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.run.dense_output import PiecewisePolynomial, floors_of
 from fastdyn.run.functions.compared import Compared
 from fastdyn.run.loop import announce, counters
-from fastdyn.run.outcome import as_components, n_factorised, outcome
+from fastdyn.run.outcome import as_components, n_factorised, occurrences_of, outcome
+from fastdyn.run.output import occurrences_in
 from fastdyn.run.result import FIELDS, Counted
+from fastdyn.run.resume import put_tables
 from fastdyn.run.solve_problem import run_of
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 NO_OUTPUT = np.empty(0)
 ENDLESS = 2**62
+WATCHED = ("on_event", "at", "every", "discrete", "breakpoints")
+# Arrays of the memory of a Run that a copy takes over; those of tables hold addresses.
+KEPT = ("solve.state", "solve.work", "output.record", "events.table", "events.schedules")
+STATE = (
+    "t",
+    "y",
+    "fun",
+    "t_bound",
+    "direction",
+    "n",
+    "discrete",
+    "t_events",
+    "y_events",
+    "step_size",
+)
 OF_RUN = ("_run", "_sol", "_given", "fun")  # attributes that are not copied
 
 
@@ -38,6 +60,9 @@ class Stepper(OdeSolver):
     t0, t_bound : float
         Start and end; the end may be infinite, or lie before the start.
     y0 : array_like, shape (n,)
+    events : callable or sequence of callable, optional
+        As in `solve_ivp`.  A step ends where an event ends the run, or acts by `on_event`; `y` is
+        then the state behind the event, and `interpolate` has the states before.
     **options
         {options}, as in `solve_ivp`.
 
@@ -52,6 +77,10 @@ class Stepper(OdeSolver):
         Present state.
     step_size : float or None
         Length of the last step.
+    t_events, y_events : list of ndarray or None
+        For each event so far, its times (k,) and the states there (k, n); None without events.
+    discrete : ndarray, shape (m,)
+        With `discrete`: the present discrete states.
     nfev, njev, nlu : int
         Evaluations of `fun`, of Jacobians, and factorisations.
     nstep, n_accepted, n_rejected : int
@@ -70,7 +99,10 @@ class Stepper(OdeSolver):
     """
 
     compiles = True  # the class compiles `fun` itself
+    _watches = False  # whether events, schedules or breakpoints lie between the steps
+    _n_own: Any = None  # the length of y, with `discrete`
 
+    @shown_when_wrong()
     def __init__(
         self, fun, t0, y0, t_bound, vectorized=False, *, method="RK45", args=None, **options
     ):
@@ -81,31 +113,54 @@ class Stepper(OdeSolver):
                 "a Stepper takes `fun, t0, y0, t_bound` and the method in this order, all others "
                 f"by name, as `max_step=0.1`; got {vectorized!r} in the fifth place."
             )
+        for name, value in (("t0", t0), ("t_bound", t_bound)):
+            kinds.number(name, value)
         given = {"vectorized": vectorized, "method": method, "args": args, **options}
         self._given = (fun, t0, y0, t_bound), given
         refuse("Stepper", options)
         options = {"max_steps": ENDLESS, **options}
+        events = options.pop("events", None)
+        self._watches = events is not None or any(options.get(name) is not None for name in WATCHED)
         asked = checked(
-            fun, (t0, t_bound), y0, method, NO_OUTPUT, False, None, vectorized, args, options
-        )
+            fun, (t0, t_bound), y0, method, NO_OUTPUT, self._watches, events, vectorized, args,
+            options,
+        )  # fmt: skip
         validate.function(fun)
+        if asked.discrete is not None:
+            asked, self._n_own = longer(asked)
         ours = compiled_method("Stepper", asked)
         problem = validate.problem(asked, ours, mode_for(asked, ours))
-        self.vectorized, self.fun = vectorized, fun
+        vars(self).update(vectorized=vectorized, fun=fun)
+        self._found: list = []  # (index, t, y) of the events of each step
         self._follow(or_in_python(lambda: _begun(problem)), asked.t0, asked.y0)
+        if self._watches:
+            self._take_over(self._run.step(0))  # a schedule may act at the start
 
     def __repr__(self):
         method = self._run.problem.method.name
         return f"<Stepper: {method}, t = {self.t:g} on the way to {self.t_bound:g}, {self.status}>"
 
+    def __setattr__(self, name, value):
+        if name in STATE:
+            raise AttributeError(
+                f"`{name}` of a Stepper cannot be set: begin anew, Stepper(fun, stepper.t, y, "
+                "stepper.t_bound), or change the state by `on_event`, at an event or a time."
+            )
+        if name in OPTIONS or name in ARGUMENTS:
+            raise AttributeError(
+                f"`{name}` is given when a Stepper is made, Stepper(fun, t0, y0, t_bound, "
+                f"{name}=...); it cannot be set later."
+            )
+        object.__setattr__(self, name, value)
+
     def __reduce__(self):
         """Pickle arguments and state: a copy goes on bit for bit, in another process, too."""
         if self._given is None:
             raise TypeError("what a `callback` is given cannot be pickled or copied; a Stepper can")
-        state, work = self._run.view("solve.state"), self._run.view("solve.work")
+        arrays = {name: self._run.view(name).copy() for name in KEPT}
         kept = {name: value for name, value in vars(self).items() if name not in OF_RUN}
         kept["y"] = self.y.copy()
-        return _resumed, (type(self), *self._given, state.copy(), work.copy(), kept)
+        return _resumed, (type(self), *self._given, arrays, kept)
 
     @classmethod
     def of_run(cls, run):
@@ -119,10 +174,29 @@ class Stepper(OdeSolver):
         p = run.problem
         self._run, self._sol = run, None
         y0 = as_components(p, y0)
-        self.n, self.t_bound = len(y0), p.tf
-        self.direction = 1.0 if p.tf > p.t0 else -1.0
+        vars(self).update(n=len(y0), t_bound=p.tf, direction=1.0 if p.tf > p.t0 else -1.0)
         self.t_old: Any = None
-        self.t, self.y, self.status = t0, y0.copy(), "running"
+        vars(self)["t"], self.status = t0, "running"
+        self._put(y0.copy())
+
+    def _put(self, y):
+        """Take a state of the Run, whose end may be the discrete states."""
+        own = vars(self)  # `__setattr__` is for users
+        own["y"] = y if self._n_own is None else y[: self._n_own]
+        if self._n_own is not None:
+            own["n"], own["discrete"] = self._n_own, y[self._n_own :]
+
+    t_events: Any = property(lambda self: self._occurrences()[0])
+    y_events: Any = property(lambda self: self._occurrences()[1])
+
+    def _occurrences(self):
+        p = self._run.problem
+        if p.events is None:
+            return None, None
+        none = np.empty(0, int), np.empty(0), np.empty((0, len(p.y0)))
+        t, y = occurrences_of(p, *map(np.concatenate, zip(none, *self._found, strict=True)))
+        own = slice(self._n_own)
+        return t, [each[:, own] if each.size else each for each in y]
 
     nstep: Any = property(lambda self: self.n_accepted)
 
@@ -142,13 +216,13 @@ class Stepper(OdeSolver):
         """Take over time and state of the Run after a step."""
         run, self._sol, self.t_old = self._run, None, self.t
         state = run.view("solve.state")[0]
-        self.t = float(state["t"])
+        vars(self)["t"] = float(state["t"])
         if self.direction * (self.t - self.t_bound) > 0:  # a constant step, beyond the end
-            self._sol = self._polynomial()
-            self.t = self.t_bound
-            self.y = self._sol(self.t)
+            d, start, end = run.interpolant()
+            self._sol, vars(self)["t"] = self._piece(d, start, end), self.t_bound
+            self._put(self._piece(d, start, end, slice(None))(self.t))
         else:
-            self.y = as_components(run.problem, run.view("solve.work")[Y].copy())
+            self._put(as_components(run.problem, run.view("solve.work")[Y].copy()))
         if self.direction * (self.t - self.t_bound) >= 0:
             self.status = "finished"
 
@@ -174,13 +248,45 @@ class Stepper(OdeSolver):
                 self._run.go_on_from(before)
         if status not in (RUNNING, FINISHED, EVENT):
             state, work = self._run.view("solve.state"), self._run.view("solve.work")
-            return False, outcome(status, state, work, self._run.problem)[1]
+            return False, outcome(status, state, work, run.problem, run.bounds[0])[1]
         self.look()
+        if self._watches:
+            self._take_over(status)
         return True, None
 
+    def _take_over(self, status):
+        """Take the polynomial and the events of a step out of the memory of the Run."""
+        run, before = self._run, self._sol
+        run.check(status)
+        record: Any = run.view("output.record")[0]
+        index, t, y = (each.copy() for each in occurrences_in(run.plan, run.memory))
+        if len(t):
+            self._found.append((index, t, y))
+        if record["n_dense"] > 0 and self.t_old is not None:
+            d = run.view("output.d")[record["n_dense"] - 1].copy()
+            start, h = run.view("output.spans")[record["n_dense"] - 1]
+            before = self._piece(d, start, start + h)
+        record["n_events"] = record["n_dense"] = 0
+        if status == EVENT:  # the Run has taken the step to its end
+            vars(self)["t"], self.status = float(t[-1]), "finished"
+            self._put(as_components(run.problem, y[-1]))
+        elif self.t_old is None:
+            self._put(as_components(run.problem, run.view("solve.work")[Y].copy()))
+        vars(self)["t"] = self._named(self.t)
+        self._sol = before
+
+    def _named(self, t):
+        """A breakpoint in the place of the start of its segment, a few roundings behind."""
+        segments = self._run.problem.segments
+        at = np.flatnonzero(segments[1:, 0] == t)
+        return float(segments[at[0], 2]) if len(at) else t
+
     def _polynomial(self):
-        d, start, end = self._run.interpolant()
-        d = as_components(self._run.problem, d)
+        return self._piece(*self._run.interpolant())
+
+    def _piece(self, d, start, end, components=None):
+        of_these = slice(self._n_own) if components is None else components
+        d = as_components(self._run.problem, d)[:, of_these]
         span = np.array([[start, end - start]])
         floors = floors_of(self._run.problem.nonnegative, 1)
         return PiecewisePolynomial(np.array([start, end]), d[None], span, floors)
@@ -209,10 +315,12 @@ def _given_once(first, method):
     return first
 
 
-def _resumed(cls, arguments, options, state, work, kept):
+def _resumed(cls, arguments, options, arrays, kept):
     """A Stepper with the state of the pickled Stepper."""
     stepper = cls(*arguments, **options)
-    stepper._run.view("solve.state")[:], stepper._run.view("solve.work")[:] = state, work
+    for name in KEPT[:3]:
+        stepper._run.view(name)[:] = arrays[name]
+    put_tables(stepper._run, *[arrays[name] for name in KEPT[3:]])
     vars(stepper).update(kept)
     return stepper
 

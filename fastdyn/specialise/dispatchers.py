@@ -12,6 +12,8 @@ from fastdyn.kernels.algebra.complex_matrices import (
     other_complex_solution,
 )
 from fastdyn.kernels.algebra.matrices import other_factors, other_solution
+from fastdyn.kernels.algebra.padded.factors import factors
+from fastdyn.kernels.algebra.padded.solution import solution
 from fastdyn.kernels.calls.block import FORCE, VELOCITY
 from fastdyn.kernels.calls.user_function import FORM, by_pointer, inlined, linked_later
 from fastdyn.kernels.calls.velocity_force import (
@@ -25,9 +27,9 @@ from fastdyn.kernels.ensemble import scheduler
 from fastdyn.kernels.ensemble.watched import already
 from fastdyn.kernels.jit.options import INTERNAL, njit
 from fastdyn.kernels.methods import BY_NAME
-from fastdyn.kernels.methods.splitting import cubic_of_pair
 from fastdyn.kernels.methods.taylor import lanes as taylor_lanes
 from fastdyn.kernels.methods.taylor import steps as taylor_steps
+from fastdyn.kernels.methods.wisdom_holman import steps as wisdom_holman
 from fastdyn.kernels.output.between_steps import watch, watch_events, watch_plain
 from fastdyn.kernels.output.dense_output import interpolant
 from fastdyn.kernels.output.events import open_events
@@ -37,17 +39,27 @@ from fastdyn.kernels.output.series_roots.all_roots import find_all
 from fastdyn.kernels.output.whole_solve import launch, whole_solve
 from fastdyn.kernels.state.layout import Form
 from fastdyn.kernels.state.record import RUNNING
-from fastdyn.kernels.stepping import backward, first_step
+from fastdyn.kernels.stepping import (
+    backward,
+    backward_collocation,
+    backward_rosenbrock,
+    backward_splitting,
+    backward_whole,
+    collocation,
+    first_step,
+)
 from fastdyn.kernels.stepping.jacobian import other_jacobian
 
 from .signatures import (
     ADVANCE,
     DENSE_ROWS,
     EVALUATE,
+    FACTORS,
     FIND,
     INTERPOLANT,
     LAUNCH,
     MANY,
+    NEWTON,
     OPEN,
     OPEN_SURVEY,
     OTHER_COMPLEX_FACTORS,
@@ -55,11 +67,20 @@ from .signatures import (
     OTHER_JACOBIAN,
     OTHER_SOLUTION,
     REPLAY,
+    REPLAY_OF_COLLOCATION,
+    REPLAY_OF_KICKS,
+    REPLAY_OF_ROSENBROCK,
+    RESIDUALS,
     SERIES,
     SERIES_IN_LANES,
+    SOLUTION,
     START,
     SURVEYING,
     SWEEP,
+    SWEEP_OF_COLLOCATION,
+    SWEEP_OF_KICKS,
+    SWEEP_OF_ROSENBROCK,
+    SWEEP_WHOLE,
     WATCH,
     WHOLE_SOLVE,
     kernel_of,
@@ -76,6 +97,10 @@ def _evaluate(block, t, y, out):
 FUNCTION = types.none(*FORM)  # the form of a user's function
 FOR_ALL = {  # kernels that serve all methods and functions
     "evaluate": (_evaluate, EVALUATE),  # one call of a function
+    "factors": (factors, FACTORS),  # of a system of equations inside a function
+    "solution": (solution, SOLUTION),
+    "newton": (collocation.newton, NEWTON),
+    "residuals": (collocation.rms_residuals, RESIDUALS),
     "watch": (watch, WATCH),
     "watch events": (watch_events, WATCH),  # for solves with events and nothing else
     "watch plain": (watch_plain, WATCH),  # for solves without events, projection, breakpoints
@@ -88,8 +113,16 @@ FOR_ALL = {  # kernels that serve all methods and functions
     "open survey": (open_survey, OPEN_SURVEY),
     "survey": (survey, SURVEYING),
     "already": (already, ADVANCE),
+    "wisdom holman": (wisdom_holman.advance, ADVANCE),
     "sweep": (backward.sweep, SWEEP),
     "replay": (backward.replay, REPLAY),
+    "sweep whole": (backward_whole.sweep_whole, SWEEP_WHOLE),
+    "sweep of kicks": (backward_splitting.sweep, SWEEP_OF_KICKS),
+    "replay of kicks": (backward_splitting.replay, REPLAY_OF_KICKS),
+    "sweep of rosenbrock": (backward_rosenbrock.sweep, SWEEP_OF_ROSENBROCK),
+    "replay of rosenbrock": (backward_rosenbrock.replay, REPLAY_OF_ROSENBROCK),
+    "sweep of collocation": (backward_collocation.sweep, SWEEP_OF_COLLOCATION),
+    "replay of collocation": (backward_collocation.replay, REPLAY_OF_COLLOCATION),
     "other jacobian": (other_jacobian, OTHER_JACOBIAN),
     "other factors": (other_factors, OTHER_FACTORS),
     "other solution": (other_solution, OTHER_SOLUTION),
@@ -114,11 +147,12 @@ def start(method, splits):
 
 def dense_rows(method, splits):
     """The interpolant of a method."""
-    rows = cubic_of_pair if splits else method.code.dense_rows
+    rows = method.code.rows_of_pair() if splits else method.code.dense_rows
+    rhs = force_by_pointer if splits else by_pointer
 
     @njit(**INTERNAL)
     def kernel(t, h, work, block, d):
-        return rows(by_pointer, t, h, work, block, d)
+        return rows(rhs, t, h, work, block, d)
 
     return kernel, DENSE_ROWS
 

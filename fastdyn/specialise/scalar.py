@@ -18,6 +18,7 @@ from fastdyn.compile.traced.make import made
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods.taylor.accuracy import ALLOWANCE
 from fastdyn.trace.graph.clock import look
+from fastdyn.trace.operations.linear import FACTORS, SOLUTION
 
 MAX_TUPLE = 16
 FUNCTION = "fastdyn_function"  # equal to `unlinked.FUNCTION`, whose file imports LLVM
@@ -55,7 +56,7 @@ def _start(name, pair=False):
 
 def _dense_rows(name, pair=False):
     method, apart = BY_NAME[name], splits(name, pair)
-    key = f"dense rows {'cubic of pair' if apart else method.dense_rows}"
+    key = f"dense rows {method.dense_rows}{' of pair' if apart else ''}"
     return key, lambda made: made.dense_rows(method, apart)
 
 
@@ -131,8 +132,12 @@ def serve_kernel(*sample):
     return _serving["serve"]
 
 
+code_store.OFFERED[FACTORS] = kernel_for_all("factors")
+code_store.OFFERED[SOLUTION] = kernel_for_all("solution")
 both_of_pair = kernel_for_all("both of a pair")
 evaluate_kernel = kernel_for_all("evaluate")
+newton_kernel = kernel_for_all("newton")
+residuals_kernel = kernel_for_all("residuals")
 watch_kernel = kernel_for_all("watch")
 watch_events_kernel = kernel_for_all("watch events")
 watch_plain_kernel = kernel_for_all("watch plain")
@@ -145,17 +150,44 @@ all_roots_kernel = kernel_for_all("all roots")
 open_survey_kernel = kernel_for_all("open survey")
 survey_kernel = kernel_for_all("survey")
 already_kernel = kernel_for_all("already")
+wisdom_holman_kernel = kernel_for_all("wisdom holman")
 sweep_kernel = kernel_for_all("sweep")
 replay_kernel = kernel_for_all("replay")
+sweep_whole_kernel = kernel_for_all("sweep whole")
+sweep_of_kicks_kernel = kernel_for_all("sweep of kicks")
+replay_of_kicks_kernel = kernel_for_all("replay of kicks")
+sweep_of_rosenbrock_kernel = kernel_for_all("sweep of rosenbrock")
+replay_of_rosenbrock_kernel = kernel_for_all("replay of rosenbrock")
+sweep_of_collocation_kernel = kernel_for_all("sweep of collocation")
+replay_of_collocation_kernel = kernel_for_all("replay of collocation")
 
 
 def every_kernel(names_for_all):
     """{key: ``make(dispatchers)``} of all kernels that inline no function of the user."""
-    found = dict(map(_for_all, names_for_all)) | dict(_series(*given) for given in SERIES)
+    found = dict(map(_for_all, names_for_all))
     for name in BY_NAME:
-        for kernel in (_start, _dense_rows, *([] if BY_NAME[name].series else [_shared])):
-            found.update([kernel(name), kernel(name, True)])
+        found |= _kernels_of(name)
     return found
+
+
+def _kernels_of(name):
+    """{key: ``make(dispatchers)``} of the kernels of a method that inline no function."""
+    if BY_NAME[name].series:
+        found = dict(_series(*given) for given in SERIES)
+    else:
+        found = dict([_shared(name), _shared(name, True)])
+    for kernel in (_start, _dense_rows):
+        found.update([kernel(name), kernel(name, True)])
+    return found
+
+
+def make_kernels(name=None):
+    """Load or compile the kernels of a method; without name, those that serve all methods."""
+    from . import dispatchers
+
+    found = dict(map(_for_all, dispatchers.FOR_ALL)) if name is None else _kernels_of(name)
+    for key, make in found.items():
+        _kept(key, make)
 
 
 def inlined_kernel(name, function, n, build=True) -> Any:

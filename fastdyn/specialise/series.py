@@ -4,6 +4,7 @@ import contextlib
 import contextvars
 
 from fastdyn.compile.bind import NUMPY_ERRORS, numpy_errors_are_heard
+from fastdyn.compile.python_callback import value_of
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
 from fastdyn.compile.traced.code import MANY_OPERATIONS
 from fastdyn.compile.traced.known import why
@@ -34,7 +35,7 @@ def series_kernel(problem, bound, order=None):
         if numpy_errors_are_heard():
             reason = NUMPY_ERRORS
         if reason is None:
-            p.fun(p.t0, p.y0.copy(), *p.args)  # an exception of `fun` says more than NoSeries
+            value_of(p.fun, p.args, p.mode.argument, p.t0, p.y0.copy())  # its exception says more
             reason = "it could not be traced"
         raise NoSeries(
             f"Taylor needs the formulas of `fun`: {reason}. "
@@ -67,5 +68,5 @@ def _series_of_event(function, order):
             reason = str(refusal)
     raise NoSeries(
         f"Taylor finds events by their series, and one has none: {reason}. Write it without "
-        "conditions, roots and absolute values, or take Vern9."
+        "conditions and absolute values, or take Vern9."
     )

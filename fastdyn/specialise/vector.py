@@ -83,7 +83,9 @@ def _check_elimination(jacobian, n, mass):
     rows, columns = mass or ((), ())
     places = zip([*jacobian.rows, *rows], [*jacobian.columns, *columns], strict=True)
     if structure(places, n).n_products > MOST_PRODUCTS:
-        raise Uncompilable(f"{n} equations so coupled take more code than pays")
+        raise Uncompilable(
+            f"the elimination for {n} equations has more than {MOST_PRODUCTS} products"
+        )
 
 
 def _derivatives(jacobian, mass):
@@ -140,7 +142,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
         for function, how, length in functions
     ]
     if any(form.raises for form in forms[1 + len(events) :]):
-        raise Uncompilable("a fold can raise, which nothing notices in vectors")
+        raise Uncompilable("a fold can raise an exception, which vectors do not notice")
     derived = None
     if METHODS[name].n_matrices:
         derived = forms[0].jacobian(METHODS[name].by_time)
@@ -194,7 +196,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
 def series_kernel(order, fun, args, varying, mode, n, near, extrema, between=((), ())):
     """The kernel of the Taylor method of an order, without extrema, events and folds in lanes."""
     if extrema or any(between):
-        raise Uncompilable("Taylor's vectors look out for nothing on the way")
+        raise Uncompilable("Taylor takes extrema, events and folds one trajectory at a time")
     if n > MAX_VECTORS:
         raise Uncompilable(f"{n} components are more than {MAX_VECTORS}")
     form = vector_form(fun, args, varying, mode, n, near, width())

@@ -8,7 +8,8 @@ the system's name, so a new system is a new file and nothing else.
 import importlib
 import inspect
 import pkgutil
-from typing import TYPE_CHECKING
+
+from fastdyn.words.near import did_you_mean
 
 from .base import (
     State,
@@ -53,6 +54,9 @@ def _complete(system, file):
 SYSTEMS = _discovered()
 globals().update(SYSTEMS)
 
-if TYPE_CHECKING:
 
-    def __getattr__(name: str) -> type[System]: ...
+def __getattr__(name: str) -> type[System]:
+    said = "" if name.startswith("_") else did_you_mean(name, SYSTEMS)
+    raise AttributeError(
+        f"module {__name__!r} has no attribute {name!r}{f'; {said}' if said else ''}"
+    )

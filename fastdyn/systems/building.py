@@ -152,8 +152,8 @@ class Building(System):
         u1, u2 = y1 - L + m * g / k, y2 - 2.0 * L + 1.5 * m * g / k
         return 0.5 * m * (v1 * v1 + v2 * v2) + k * (u1 * u1 + (u2 - u1) ** 2)
 
-    @quantity("m", "sway of the upper floor")
-    def sway(t, w, k, m, omega, d, L, g, times, pieces):
+    @quantity("m", "deflection of the upper floor")
+    def deflection(t, w, k, m, omega, d, L, g, times, pieces):
         """Height of the upper floor above its equilibrium over ground at rest."""
         return w[1] - 2.0 * L + 1.5 * m * g / k
 

@@ -119,7 +119,7 @@ class Cable(System):
             methods.
         """
         if project not in (None, True):
-            raise ValueError("`project` of the cable is always its own: it is held on the circle.")
+            raise ValueError("leave `project` out: the cable always projects onto its own circle.")
         given: dict[str, Any] = {"dense_output": True} | completed(self, method, options)
         t_span = span(self, t_span)
         phases = {

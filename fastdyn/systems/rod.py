@@ -112,7 +112,8 @@ class Rod(System):
             path.locator_params(nbins=5)
             distance.set_ylabel("distance r (m)")
             force.set(xlabel="t (s)", ylabel="force (N)")
-            plot.legend(figure, path, distance, force)
+            for panel in (path, distance, force):
+                plot.own_legend(panel)
         return figure
 
     def scene(self, t, w):

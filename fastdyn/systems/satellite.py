@@ -185,9 +185,11 @@ class Satellite(System):
             for axes, colour, (label, result) in zip(
                 pictures, colours, results.items(), strict=False
             ):
-                plot.plane(axes, exact[:2], plot.curve(result)[1][:2], colour)
+                alone = label if len(results) == 1 else None
+                plot.plane(axes, exact[:2], plot.curve(result)[1][:2], colour, alone)
                 axes.plot(0, 0, "o", color="0.4", ms=9, label="planet")
-                axes.set_title(label, color=colour)
+                if alone is None:
+                    axes.set_title(label, color=colour)
             plot.invariants(panels, self, results)
             plot.legend(figure, *pictures)
         return figure

@@ -34,7 +34,7 @@ def coasting(t, w):
 
 
 def _answer(driver, start):
-    """What a driver returns at the start; zeros where it raises, which a solve will tell."""
+    """The values of a driver at the start; zeros where it raises, which a solve will tell."""
     try:
         return driver(0.0, np.array(start))
     except Exception:

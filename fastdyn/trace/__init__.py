@@ -2,6 +2,7 @@
 
 The folders:
 
+- operations: one record each, with value, domain and derivative.
 - graph: nodes, which are numbers, and rows, which are arrays of numbers with ids.
 - symbols: the objects that replace numbers and arrays.
 - functions: functions of Python, NumPy and SciPy on symbols.

@@ -1,6 +1,6 @@
 """Equations of motion with constraints: accelerations and reactions together."""
 
-from .linear import eliminate, in_python, largest, quotient
+from .linear import eliminated, in_python, largest, quotient
 
 CONTRADICTORY = (
     "the equations of motion are singular: the constraints do not determine the accelerations "
@@ -23,6 +23,7 @@ def constrained(mass, a, force, b):
     force : tuple of n numbers
         Applied forces f.
     b : tuple of k numbers
+        The right-hand sides of A q'' = b.
 
     Returns
     -------
@@ -37,8 +38,9 @@ def constrained(mass, a, force, b):
 
     Notes
     -----
-    With b the residual and no force, the first n numbers are the smallest displacement, measured
-    by the masses, that removes the residual: this is how a state is projected onto constraints.
+    With b minus the residual and no force, the first n numbers are the smallest displacement,
+    measured by the masses, that removes the residual: this is how a state is projected onto
+    constraints.
     """
     return in_python(constraints_solved, CONTRADICTORY, mass, a, force, b)
 
@@ -50,7 +52,8 @@ def _dot(x, y):
     return total
 
 
-def constraints_solved(mass, a, force, b):
+def constraints_solved(mass, a, force, b, eliminate=None):
+    eliminate = eliminate or eliminated
     n, k = len(force), len(b)
     if any(len(row) != n for row in a) or len(a) != k or len(mass) != n:
         raise ValueError(

@@ -93,3 +93,19 @@ def solve(a, ld, pivots, b, n, lower, upper):
         else:
             for i in range(first, k):
                 b[i] -= x * column[i]
+
+
+@njit(**INTERNAL)
+def solve_transposed(a, ld, pivots, b, n, lower, upper):
+    """Replace b by x, with x A = b; `a` has the factors from `factorise`."""
+    for k in range(n):
+        first, column, x = max(0, k - lower - upper), after(a, k * ld), b[k]
+        for i in range(first, k):
+            x -= column[i] * b[i]
+        b[k] = x * column[k]
+    for k in range(n - 1, -1, -1):
+        p, end, column, x = int(pivots[k]), min(n, k + 1 + lower), after(a, k * ld), b[k]
+        for i in range(k + 1, end):
+            x -= column[i] * b[i]
+        b[k] = b[p]
+        b[p] = x

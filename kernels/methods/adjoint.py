@@ -8,12 +8,18 @@ import numpy as np
 
 from ..stepping.backward import SINGLE
 from . import BY_NAME
+from .within_steps import nodes_of, of_data
 
 # The limit of stability is searched along rays; |R| may exceed 1 by GROWTH, which no step notices.
 ANGLES, FINEST, FARTHEST, GROWTH = 36, 0.02, 12.0, 1e-3
 # The angle of an eigenvalue is taken so much nearer to the imaginary axis, where pairs are least
 # stable: it is measured from one cotangent, in which several modes are left.
 ASIDE = math.pi / 12
+ROUNDING = 1e-9  # of the trace of a step
+# How far a step that is found again may end from the known end: Radau's iteration leaves a share of
+# the tolerance, that of the Gauss methods rounding errors.
+NEAR, NEAR_BY_ITERATION = 10.0, 1e-6
+OSCILLATES = -0.5  # cosine of q'' and q below which the motion of q'' = a(t, q) oscillates
 
 
 class Terms(NamedTuple):
@@ -47,11 +53,120 @@ class Table(NamedTuple):
         return 4 * len(self.c) + SINGLE
 
 
+class Splitting(NamedTuple):
+    """The kicks, the drifts, and the times of the kicks between them, as shares of the step.
+
+    `nodes` are the ends of the shorter steps of the interpolant, and `dense` is the matrix from
+    values and slopes to its rows: see `within_steps.py`.
+    """
+
+    kicks: Any
+    drifts: Any
+    times: Any
+    nodes: Any
+    dense: Any
+
+
+class Rosenbrock(NamedTuple):
+    """The coefficients of Rodas5P, and the places of the entries of df/dy in a band matrix.
+
+    Row 8 of `a` is that of the end of the step.
+    """
+
+    a: Any
+    c: Any
+    times: Any
+    slopes: Any
+    dense: Any
+    gamma: Any
+    rows: Any
+    columns: Any
+    lower: Any
+    upper: Any
+    ld: Any
+
+
+class BlocksOfRosenbrock(NamedTuple):
+    """The blocks of the equations, of their Jacobian, their vjp, and the vjp of a derivative."""
+
+    own: Any
+    jacobian: Any
+    pull: Any
+    along: Any
+
+
+class MemoryOfRosenbrock(NamedTuple):
+    """The memory that `stepping/backward_rosenbrock.py` writes: see there.
+
+    `entries` are those of df/dy, followed by df/dt; `z` has room for the arguments of a vjp.
+    """
+
+    work: Any
+    out: Any
+    entries: Any
+    z: Any
+    matrix: Any
+    pivots: Any
+
+
+class Collocation(NamedTuple):
+    """The coefficients of an implicit Runge-Kutta method, and the places of the entries of df/dy.
+
+    `a` is the matrix of the stages; if `second` is 1, for q'' = f(t, q), its square, and `inner` is
+    the matrix itself; `twice` is b a.  `dense` has the weights of the stages in the rows F0, F1,
+    ... of the dense output.  A step that is found again ends within `near` times the scale from the
+    end that is known.  The matrix of all stages has the components in another `order`, and the
+    bandwidths `lower` and `upper`.
+    """
+
+    c: Any
+    a: Any
+    inner: Any
+    b: Any
+    twice: Any
+    dense: Any
+    second: Any
+    near: Any
+    rows: Any
+    columns: Any
+    order: Any
+    lower: Any
+    upper: Any
+    ld: Any
+
+
+class BlocksOfCollocation(NamedTuple):
+    """The blocks of the equations, of their Jacobian, and of their vjp."""
+
+    own: Any
+    jacobian: Any
+    pull: Any
+
+
+class MemoryOfCollocation(NamedTuple):
+    """The memory that `stepping/backward_collocation.py` writes: see there.
+
+    `entries` are those of df/dy; `z` has the unknowns of all stages; `pair` the arguments of a vjp.
+    """
+
+    work: Any
+    out: Any
+    entries: Any
+    z: Any
+    pair: Any
+    matrix: Any
+    pivots: Any
+
+
 class Steps(NamedTuple):
-    """All steps of a solve: their times, and whether a step evaluates its first derivative anew."""
+    """All steps of a solve: their times, and whether a step evaluates its first derivative anew.
+
+    The length h of a constant step is exact, where the difference of its times is rounded.
+    """
 
     t: Any
     end: Any
+    h: Any
     fresh: Any
 
 
@@ -67,6 +182,14 @@ class Seeds(NamedTuple):
     g: Any
     beta: Any
     left: Any
+
+
+class Outside(NamedTuple):
+    """The derivatives by the outputs, g, (n, n_points), and the tolerances of a plain solve."""
+
+    g: Any
+    rtol: Any
+    atol: Any
 
 
 class Memory(NamedTuple):
@@ -111,6 +234,68 @@ def _terms(matrix):
     return Terms(begin, np.concatenate(places), np.concatenate(values))
 
 
+@functools.cache
+def kicks_of(name):
+    """The Splitting of a method."""
+    given: Any = BY_NAME[name].tableau
+    times = np.cumsum(given["drifts"])
+    times[-1] = 1.0
+    m = (BY_NAME[name].n_dense - 3) // 2
+    return Splitting(
+        *[np.ascontiguousarray(given[key], float) for key in ("kicks", "drifts")], times,
+        nodes_of(m), of_data(m),
+    )  # fmt: skip
+
+
+def rosenbrock_of(rows, columns, n):
+    """The Rosenbrock of equations whose df/dy has entries in these rows and columns."""
+    from .rodas5p.table import DENSE, END_ROW, GAMMA, SLOPES, STAGE_ROWS, TIMES, C  # other code
+
+    a = [np.pad(row, (0, 8 - len(row))) for row in ((), *STAGE_ROWS, END_ROW)]
+    c = [np.pad(row.floats, (0, 8 - len(row))) for row in C]
+    lower, upper = [int(max(each.max(initial=0), 0)) for each in (rows - columns, columns - rows)]
+    return Rosenbrock(
+        np.array(a), np.array([np.zeros(8), *c]), np.array([0.0, *TIMES.floats]),
+        np.array(SLOPES.floats), np.array([row.floats for row in DENSE]), GAMMA,
+        np.array(rows, np.int64), np.array(columns, np.int64), lower, upper,
+        min(2 * lower + upper, n),
+    )  # fmt: skip
+
+
+def collocation_of(name, rows, columns, order):
+    """The Collocation of a method for equations whose df/dy has entries in these places.
+
+    `order` is the place of each component in the matrix.
+    """
+    c, a, b, dense = _stages_of(name)
+    second = BY_NAME[name].second_order
+    lower, upper = [
+        len(c) * int(max(each.max(initial=0), 0)) + len(c) - 1
+        for each in (order[rows] - order[columns], order[columns] - order[rows])
+    ]
+    near = NEAR if BY_NAME[name].error_order else NEAR_BY_ITERATION
+    return Collocation(
+        c, a @ a if second else a, a, b, b @ a, dense, int(second), near,
+        np.array(rows, np.int64), np.array(columns, np.int64), order, lower, upper,
+        min(2 * lower + upper, len(c) * len(order)),
+    )  # fmt: skip
+
+
+@functools.cache
+def _stages_of(name):
+    """The times, the matrix and the weights of an implicit method, and those of its output."""
+    if name == "Radau":
+        from .radau.stages import C, P  # other code
+
+        # p = x (P0 + P1 x + P2 x^2), of the stages u_i - y, has the derivatives h F_i at the times.
+        c = np.array(C)
+        a = np.linalg.inv((P @ np.array([c**0, 2 * c, 3 * c**2])).T)
+        return c, a, a[2].copy(), np.array([a[2], -(P[:, 1] + P[:, 2]) @ a, -P[:, 2] @ a])
+    given: Any = BY_NAME[name].tableau
+    b, c = [np.array([float(x) for x in given[key]]) for key in "bc"]
+    return c, np.array(given["mu"]) * b, b, np.ascontiguousarray(given["rows"] * b)
+
+
 def stable_size(name, cosine):
     """The largest |h lambda| of a stable step, for an eigenvalue lambda with this cosine, Re / |.|.
 
@@ -133,3 +318,24 @@ def _stable_size(name, angle):
     z = np.exp(1j * angle * math.pi / ANGLES) * np.arange(FINEST, FARTHEST, FINEST)
     outside = np.abs(np.polyval(coefficients[::-1], -z)) > 1.0 + GROWTH
     return float(np.abs(z[outside.argmax()]))
+
+
+def stable_kicks(name, cosine):
+    """The largest h w of a stable step of kicks and drifts for q'' = -w^2 q; inf for growth.
+
+    `cosine` is -1 for an oscillation.  The step is stable where the trace of its matrix, whose
+    determinant is 1, is between -2 and 2.
+    """
+    return _stable_kicks(name) if cosine < OSCILLATES else math.inf
+
+
+@functools.cache
+def _stable_kicks(name):
+    table, z = kicks_of(name), np.arange(FINEST, FARTHEST, FINEST)
+    flow = np.tile(np.eye(2), (len(z), 1, 1))
+    drifts = np.append(table.drifts, 0.0)
+    for kick, drift in zip(table.kicks, drifts, strict=True):
+        flow[:, 1] -= kick * z[:, None] ** 2 * flow[:, 0]
+        flow[:, 0] += drift * flow[:, 1]
+    outside = np.abs(np.trace(flow, axis1=1, axis2=2)) > 2.0 + ROUNDING
+    return float(z[outside.argmax() - 1])

@@ -53,6 +53,7 @@ def read_off(name, table, **orders):
         "looks": tuple(sorted({float(c) for c in (*table.stages[0].exact, 1) if c > 0})),
         "dense_rows": write_dense_rows(name, table) if table.d else cubic,
         "tableau": tableau,
+        "backward": "stages",
     }
 
 

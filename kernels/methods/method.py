@@ -62,6 +62,10 @@ class Facts(NamedTuple):
     looks : tuple of float
         The times of a step at which the method evaluates the derivative, in rising order, as shares
         of the step; empty if they do not matter.
+    backward : str
+        How a sweep goes back over the steps: "stages" of an explicit Runge-Kutta method, "kicks"
+        of a symplectic one, those of a "rosenbrock" method, those of a "collocation" and of other
+        implicit Runge-Kutta methods, "" not at all.
     loop : str
         The name of another method, if this method uses the loop of the other method.
     file : str
@@ -94,8 +98,14 @@ class Facts(NamedTuple):
     before_events: int = SLOPE
     stable_to: float = 0.0
     looks: tuple = ()
+    backward: str = ""
     loop: str = ""
     file: str = ""
+
+    def __repr__(self):
+        stages = f", {self.n_stages} stages" if self.n_stages > 1 else ""
+        steps = "adaptive" if self.error_order else "constant"
+        return f"<{self.name}: order {self.order}{stages}, {steps} steps>"
 
     def rows(self, n_matrix):
         """The number of rows of the work array, if a matrix takes `n_matrix` rows."""
@@ -154,6 +164,8 @@ class Method(NamedTuple):
         once on exact vectors.  Both kernels give equal bits.
     tableau : dict, optional
         Coefficients as printed, for the tests of the order conditions.
+    rows_of_pair : function, optional
+        ``rows_of_pair()``, the `dense_rows` for H = T(p) + V(q), if the method takes such systems.
     on_pairs : Method, optional
         The method for complex states, stored as pairs of real numbers.
     """
@@ -166,6 +178,7 @@ class Method(NamedTuple):
     separable: Any = None
     batched: Any = None
     tableau: dict | None = None
+    rows_of_pair: Any = None
     on_pairs: Any = None
 
 

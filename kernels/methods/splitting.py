@@ -17,12 +17,13 @@ import numpy as np
 from ..calls.velocity_force import velocity_by_pointer
 from ..ensemble import lanes
 from ..jit.options import INLINED, njit
-from ..output.dense_output import cubic, hermite
+from ..output.dense_output import cubic
 from ..state.elementwise import apply, assign, halves, join
-from ..state.record import Y_OLD, K, Y
+from ..state.record import K, Y
 from ..state.rows import slot
 from ..stepping import first_step, fixed
 from .method import method
+from .within_steps import OWN, ROWS, n_shorter, write_dense_rows
 
 LAST = 1  # the stage with the derivative at the end
 
@@ -94,27 +95,22 @@ def make_step(kicks, drifts, velocity):
     return step
 
 
-@njit(**INLINED)
-def cubic_of_pair(rhs, t, h, work, block, d):
-    """The Hermite cubic.  The velocities at both ends, which no step needs, are computed here."""
-    for y, slope, time in ((Y_OLD, K, t), (Y, K + LAST, t + h)):
-        _, p = halves(slot(None, work, y))
-        rate, _ = halves(slot(None, work, slope))
-        velocity_by_pointer(time, p, block, rate)
-    hermite(h, LAST, work, d)
-    return 0
-
-
 def composed(name, order, kicks, drifts, quadratic=False):
     """A Method of kicks and drifts; `quadratic` methods need T = v² / 2."""
 
     def looped(loop, velocity):
         return partial(loop, make_step(kicks, drifts, velocity), LAST, LAST + 1)
 
+    m = n_shorter(order)
+    written = partial(write_dense_rows, name, partial(make_step, kicks, drifts))
     return method(
-        name, order=order, error_order=0, n_stages=len(drifts), n_rows=3, fsal_stage=LAST,
+        name, order=order, error_order=0, n_stages=len(drifts), n_rows=OWN + (ROWS if m else 0),
+        fsal_stage=LAST,
         kernel=looped(fixed.kernel, itself), lane_kernel=looped(lanes.fixed, itself),
-        start=first_step.second_order, n_dense=3, dense_rows=cubic, dense_order=min(order, 3),
+        start=first_step.second_order, n_dense=3 + 2 * m,
+        dense_rows=written(itself, len(drifts), m) if m else cubic,
+        dense_order=min(order, 3 + 2 * m),
+        rows_of_pair=None if quadratic else partial(written, velocity_by_pointer, len(drifts), m),
         second_order=True, separable=None if quadratic else partial(looped, fixed.kernel),
-        projects=False, tableau={"kicks": kicks, "drifts": drifts},
+        projects=False, backward="kicks", tableau={"kicks": kicks, "drifts": drifts},
     )  # fmt: skip

@@ -7,7 +7,7 @@ import numpy as np
 # The requested output, and how much of the output is stored.
 OUTPUT = np.dtype(
     [
-        ("every_step", "i8"),  # store each step; else the times of t_eval
+        ("every_step", "i8"),  # store each step, WHOLE ones or up to an event; else those of t_eval
         ("dense", "i8"),  # store each step's polynomial
         ("n_out", "i8"),  # points in this piece of the output
         ("n_total", "i8"),  # points in all pieces
@@ -23,6 +23,8 @@ OUTPUT = np.dtype(
         ("jumped", "i8"),  # number of the first change that a step jumped over, from 1; 0: none yet
     ]
 )
+
+WHOLE = 2  # of `every_step`: a step that an event ends is stored up to its own end
 
 
 class Kernels(NamedTuple):

@@ -27,7 +27,7 @@ from ..state.record import (
 )
 from ..state.rows import copy_row
 from ..state.snapshots import take_snapshot, until_next
-from .arguments import MOST_ROOTS
+from .arguments import MOST_ROOTS, WHOLE
 from .borders import (
     BEYOND,
     CHANGED,
@@ -115,7 +115,7 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
         n_steps -= s.n_accepted - before
         if status >= STEP_TOO_SMALL or s.n_accepted == before:
             if acts is not None:
-                if kernels.inside != 0:
+                if kernels.inside != 0 or kernels.keeps != 0:
                     if not goes_on(kernels, solve, scratch, status):
                         return at_border(kernels, solve, scratch, status)
                     n_steps -= 1
@@ -184,7 +184,9 @@ def _sample(kernels, solve, output, events, acts, scratch, status):
     if o.dense != 0:
         output.spans[o.n_dense, 0], output.spans[o.n_dense, 1] = t_old, h
         o.n_dense += 1
-    jumps = False
+    jumps, t_row, at_end = False, t, reached
+    if o.every_step == WHOLE and not reached:  # a constant step that passes the end
+        t_row, at_end = s.t, True
     if events is not None:
         if len(events.table) > 0:
             given, find = (kernels, solve, output, events, scratch), events.table[0].find
@@ -199,12 +201,14 @@ def _sample(kernels, solve, output, events, acts, scratch, status):
             if cut >= 0:
                 e = events.table[cut]
                 t, reached, jumps = e.root, False, e.limit == 0 or e.count < e.limit
+                if o.every_step != WHOLE:
+                    t_row, at_end = t, False
                 if not jumps:
                     status = EVENT
-    if jumps and t == t_old:  # this point is stored already
+    if jumps and t_row == t_old:  # this point is stored already
         o.n_dense -= o.dense
     elif o.every_step != 0:
-        if not _store_step(kernels, solve, output, acts, scratch[1], t, reached, d, h):
+        if not _store_step(kernels, solve, output, acts, scratch[1], t_row, at_end, d, h):
             return RAISED
     while _is_due(s, o, output.t_eval, t):
         t_out, y_out = output.t_eval[o.i_eval], output.y[o.i_eval]

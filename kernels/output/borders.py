@@ -20,6 +20,7 @@ from ..state.record import (
     ATOL,
     BAD_JACOBIAN,
     BORDER,
+    FAILED_AGAIN,
     RAISED,
     RTOL,
     RUNNING,
@@ -125,8 +126,7 @@ def _take_back(kernels, solve):
 def _begin_anew(kernels, solve, h):
     """Let a method begin at the present state, with a step of size h at most; the status.
 
-    A method that looks back at more than one step chooses its step as at the start of a solve:
-    LSODA begins with formulas for problems that are not stiff.
+    A method that looks back at more than one step chooses its step as at the start of a solve.
     """
     s, work = solve.state[0], solve.work
     for i in range(K, work.shape[0]):
@@ -149,8 +149,16 @@ def goes_on(kernels, solve, scratch, status):
     """Begin anew with a shorter step if the Jacobian is NaN at the border; True on success.
 
     Differences are NaN if they reach over the border.  A Jacobian behind the border is NaN, too.
+    LSODA shortens a step ten times; where a component is kept from being negative, that is not
+    enough.
     """
     s = solve.state[0]
+    if status == FAILED_AGAIN and kernels.keeps & CLIPS and s.h > 2.0 * s.h_least:
+        s.n_rejected += 1
+        h = 0.5 * s.h
+        if h < SHORTEST * spacing(s.t, s.direction):
+            return False
+        return _begin_anew(kernels, solve, h) == RUNNING
     if status != BAD_JACOBIAN or kernels.keeps & CHECKS == 0:
         return False
     if not evaluate(kernels.inside, s.t, slot(None, solve.work, Y), scratch[0]):

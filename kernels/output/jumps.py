@@ -133,7 +133,7 @@ def begin(kernels, solve, output, events, scratch, t):
     for i in range(K, work.shape[0]):
         for j in range(work.shape[1]):
             work[i, j] = 0.0
-    s.t_old, s.h = s.t, s.h_first
+    s.t_old, s.h, s.stiff = s.t, s.h_first, 0
     s.t_start = s.t - s.n_accepted * (s.direction * s.h)  # where constant steps would have begun
     start = (solve.state, work, solve.block, kernels.order, kernels.fsal_stage)
     return invoke(kernels.start, start)

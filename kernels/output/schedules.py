@@ -6,6 +6,7 @@ from ..calls.user_function import numbers_at
 from ..jit.options import INTERNAL, njit
 from ..state.record import EVENT, RAISED, RUNNING, Y
 from ..state.rows import copy_row, slot
+from .arguments import WHOLE
 from .dense_output import polynomial
 from .jumps import act, begin, store_behind, watch_from
 from .meetings import has_rate, have_met, near
@@ -67,11 +68,12 @@ def act_on_schedule(kernels, solve, output, events, scratch):
     """Let the schedules act whose time is reached, in their order; RUNNING, EVENT or a failure."""
     s, o, schedules = solve.state[0], output.record[0], events.schedules
     y, acted, t = slot(None, solve.work, Y), False, s.t
+    due = False
     for i in range(len(schedules)):
         e = schedules[i]
         if s.direction * (e.t_next - s.t) > 0.0:
             continue
-        t = e.t_next
+        t, due = e.t_next, True
         _sample_before(s, o, output, t, y)
         events.index[o.n_events], events.t[o.n_events] = len(events.table) + i, t
         copy_row(y, events.y[o.n_events])
@@ -86,8 +88,10 @@ def act_on_schedule(kernels, solve, output, events, scratch):
             if status != RUNNING:
                 return status
     aim(s, o, output.segments, schedules)
-    if acted:
+    if acted or (due and o.every_step == WHOLE and s.t == s.t_old):  # begun anew by `arrive`
         store_behind(output, t, y)
+    if acted:
+        pass
     elif not have_met(events.table, t):
         return RUNNING
     elif has_rate(o, s.t != s.t_old):

@@ -26,7 +26,9 @@ STATE = np.dtype(
         ("n_rejected", "i8"),
         ("n_extra", "i8"),  # evaluations outside the steps: start, dense output
         # Fields of methods that factorise matrices, or use more than the last step:
-        ("h_old", "f8"),  # size of the step before; 0 if the method has no step before
+        # Size of the step before; 0 if the method has no step before.  For Taylor, the size below
+        # which steps try the tangent; 0: any.
+        ("h_old", "f8"),
         ("order", "i8"),  # order of the next step; 0 where the method begins, or begins anew
         ("n_equal", "i8"),  # steps since size or order changed; for Taylor, steps at a jump
         ("factorised", "i8"),  # whether the factors of the last step hold for the next
@@ -49,13 +51,14 @@ STATE = np.dtype(
         ("lipschitz", "f8"),  # estimates of the Lipschitz constant: in use, since the last reset
         ("lipschitz_now", "f8"),
         ("jacobian_norm", "f8"),
+        ("h_standing", "f8"),  # size from which `n_standing` counts
         ("stiff", "i8"),  # whether the next step is a step of BDF, and whether the last step was
         ("was_stiff", "i8"),
         ("limited", "i8"),  # whether stability bounds the step of Adams' formula
         ("wait", "i8"),  # steps until order and size, and until the family, may change
         ("wait_family", "i8"),
         ("age", "i8"),  # number of steps with the present factors
-        ("n_standing", "i8"),  # consecutive trials that are too short to change the time
+        ("n_standing", "i8"),  # trials that are too short to change the time, at one size
         # For components that must not be negative:
         ("cut", "f8"),  # sum of the corrections from below 0 to 0, in units of atol
         # For the function of `on_event` that was called last:
@@ -97,6 +100,7 @@ NO_TOLERANCE = 14  # atol and a component of the state are zero
 BORDER = 15  # the solution leaves the domain of the equations
 OUTSIDE = 16  # the state after an event lies outside of the domain
 NEGATIVE = 17  # a component of the state after an event is negative, and must not be
+MEETING = 18  # two planets meet
 
 # Status codes of the loops above the steps.
 STEP_LIMIT, INTERRUPTED, STOPPED = 100, 101, 102

@@ -27,6 +27,7 @@ from ..state.rows import copy_row, slot
 
 TINY = 1e-250  # squared size of a cotangent below which it has no direction
 LARGEST, RATE, COSINE = range(3)  # in `gauge`
+GROWING = 0.2
 
 # The rows of the work array, for S stages: u_i and kappa_i in turn, 2 S rows; then as many k_i,
 # which eta_i replaces, and seeds; then single rows.
@@ -109,7 +110,8 @@ def _measure(memory, kappa, eta, h, n_stages):
     """Keep where |h| |eta| / |kappa| is largest: that, without h, and the cosine of the two.
 
     The norm is that of the tolerances.  The fastest modes soon dominate a cotangent: rate and
-    cosine are size and angle of the eigenvalue of the Jacobian that limits the steps.
+    cosine are size and angle of the eigenvalue of the Jacobian that limits the steps.  No step is
+    short enough for a motion that grows by itself, of cosine above GROWING.
     """
     work, gauge = memory.work, memory.gauge
     kappa, eta = slot(None, work, kappa), slot(None, work, eta)
@@ -120,8 +122,9 @@ def _measure(memory, kappa, eta, h, n_stages):
         if after * h * h > gauge[LARGEST] * gauge[LARGEST] * before:
             rate = np.sqrt(after / before)
             both = reduce_components(_product, add, 0.0, (kappa, eta, scale))
-            gauge[LARGEST], gauge[RATE] = abs(h) * rate, rate
-            gauge[COSINE] = both / (before * rate) * (1.0 if h > 0.0 else -1.0)
+            cosine = both / (before * rate) * (1.0 if h > 0.0 else -1.0)
+            if cosine <= GROWING:
+                gauge[LARGEST], gauge[RATE], gauge[COSINE] = abs(h) * rate, rate, cosine
 
 
 @njit(**INTERNAL)
@@ -234,8 +237,8 @@ def sweep(table, steps, first, states, seeds, block, own, memory):
     single = 4 * n_stages
     for i in range(len(states) - 2, -1, -1):
         j = first + i
-        t, h = steps.t[j], steps.end[j] - steps.t[j]
-        inside = _take_seeds(table, seeds, work, j, t, h)
+        t, h = steps.t[j], steps.h[j]
+        inside = _take_seeds(table, seeds, work, j, t, steps.end[j] - t)
         copy_row(slot(None, states, i), slot(None, work, 0))
         copy_row(slot(None, states, i + 1), slot(None, work, 2 * table.n_stages))
         _adjoint_step(table, memory, block, own, t, h, inside)
@@ -280,12 +283,16 @@ def replay(table, steps, first, states, block, work):
     end = 2 * n_stages + s
     copy_row(slot(None, states, 0), slot(None, work, 0))
     if first > 0:
-        h = steps.end[first - 1] - steps.t[first - 1]
-        by_pointer(steps.t[first - 1] + h, slot(None, work, 0), block, slot(None, work, end))
+        by_pointer(
+            steps.t[first - 1] + steps.h[first - 1],
+            slot(None, work, 0),
+            block,
+            slot(None, work, end),
+        )
     for i in range(len(states) - 1):
         j = first + i
         _begin_step(table, steps, block, work, j)
-        t, h = steps.t[j], steps.end[j] - steps.t[j]
+        t, h = steps.t[j], steps.h[j]
         _stages(table, block, work, t, h, s - 1, s - 1)
         _weighted(work, 2 * s, 0, h, table.rows, s, 2 * n_stages)
         by_pointer(t + h, slot(None, work, 2 * s), block, slot(None, work, end))

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from matplotlib import pyplot
 
 from fastdyn import systems
 from fastdyn.analysis import (
@@ -62,11 +63,16 @@ def test_each_result_draws_itself(name, tmp_path):
     figure.savefig(tmp_path / "picture.png", dpi=30)
     assert all(axes.get_xlabel() or axes.get_title("left") for axes in figure.axes[-1:])
     assert tuple(figure.get_size_inches()) == (8, 5) and str(result)
+    given, (left, right) = pyplot.subplots(1, 2, figsize=(14, 6), layout="constrained")
+    part = result.plot(ax=right)
+    assert left in given.axes and (part is given or part.figure is given)
+    given.savefig(tmp_path / "part.png", dpi=30)
+    pyplot.close(given)
 
 
 def test_names_and_units_of_a_system():
     axes = RESULTS["portrait"]().plot().axes[0]
-    assert axes.get_xlabel() == "theta (rad)" and axes.get_ylabel() == "omega (rad/s)"
+    assert axes.get_xlabel() == "θ (rad)" and axes.get_ylabel() == "ω (rad/s)"
     assert "π" in axes.xaxis.get_major_formatter()(math.pi)
 
 

@@ -127,7 +127,7 @@ def test_what_is_refused(arguments, kind, said):
 def test_a_state_of_the_wrong_length_is_named():
     with pytest.raises(IndexError) as caught:
         equilibria(swing, [(0, 1)], args=(0.1,))
-    assert "a state of 1 numbers" in caught.value.__notes__[0]
+    assert "`y` has 1 component" in caught.value.__notes__[0]
 
 
 @pytest.mark.parametrize("box", [[0, 1], [(1, 0), (0, 1)], [(0, math.inf), (0, 1)], "no", [(0, 1)]])

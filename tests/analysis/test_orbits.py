@@ -141,7 +141,7 @@ def test_an_end_that_is_not_reached_is_told():
         ((lambda t, y: [1.0 + 0 * y[0]], [1.0]), NotConvergedError, "does not return"),
         ((lambda t, y: [-y[1] - np.sign(y[1]), y[0]], [1.0, 0], 6.0), ValueError, "jumps"),
         ((van_der_pol, [2, 0], -1.0, (1.0,)), ValueError, "positive"),
-        ((van_der_pol, [2, 0], "6", (1.0,)), TypeError, "positive"),
+        ((van_der_pol, [2, 0], "6", (1.0,)), TypeError, "must be a number"),
     ],
 )
 def test_what_is_refused(arguments, kind, said):

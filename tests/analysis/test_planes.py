@@ -168,6 +168,7 @@ def test_what_a_basin_refuses(given, said):
         basin(wells, **{"box": [(-1, 1), (-1, 1)], "n": 3, "t_end": 3.0} | given)
 
 
+@pytest.mark.hunt
 def test_closed_orbits_are_drawn_whole():
     """Each trajectory of an undamped pendulum ends at the box, or where it began."""
     box = np.array([(-3.0, 3.0), (-2.0, 2.0)])

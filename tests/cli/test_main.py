@@ -29,7 +29,7 @@ def test_run_writes_table_and_figure(tmp_path, capsys):
     assert figure.read_bytes().startswith(b"\x89PNG")
     columns = np.genfromtxt(table, delimiter=",", names=True)
     assert columns.dtype.names == ("t", "theta", "omega", "energy", "tension")
-    assert np.array_equal(columns["t"], np.linspace(0.0, 10.0, 101))
+    assert np.array_equal(columns["t"], np.arange(101) / 10)
     exact = pendulum(V0=-5.0).exact(columns["t"])
     assert np.allclose(columns["theta"], exact[0], rtol=0, atol=1e-7)
     text = capsys.readouterr().out
@@ -38,7 +38,9 @@ def test_run_writes_table_and_figure(tmp_path, capsys):
 
 def test_run_with_a_fixed_step(capsys):
     assert main("run satellite --method VelocityVerlet --step 0.01 --t-end 10".split()) == 0
-    assert "angular momentum has changed by" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert re.search(r"energy has changed by \S+ m²/s²\n", said)
+    assert re.search(r"angular momentum has changed by \S+ m²/s\n", said)
 
 
 def test_run_that_fails_has_status_one_and_says_why(capsys):
@@ -60,6 +62,10 @@ def test_run_that_fails_has_status_one_and_says_why(capsys):
         ("sweep satellite --V 1", "Give one parameter as a range"),
         ("sweep satellite --V 0:1:100000 --R 1:2:1000", "more than 1e+07"),
         ("sweep cable --V0 1,2", "solved one by one"),
+        ("run nowhere.py", "there is no file 'nowhere.py'"),
+        ("check nowhere.py", "there is no file 'nowhere.py'"),
+        ("why nowhere.py:f", "there is no file 'nowhere.py'"),
+        ("explore pendulm", "No system is called pendulm; did you mean pendulum?"),
     ],
 )
 def test_wrong_input_has_status_two_and_a_sentence(words, sentence, capsys):
@@ -77,7 +83,15 @@ def test_wrong_input_has_status_two_and_a_sentence(words, sentence, capsys):
         ("run pendlum", "argument SYSTEM: invalid choice: 'pendlum'; did you mean pendulum?"),
         ("run pendulum --method verlet", "'verlet'; did you mean VelocityVerlet?"),
         ("drift pendulum --methods gauss16", "'gauss16'; did you mean Gauss16?"),
-        ("run pendulum --V 1", "unrecognized arguments: --V 1"),
+        ("run pendulum --V 1", "there is no --V; did you mean --V0?"),
+        ("run pendulum --v0 1", "there is no --v0; did you mean --V0?"),
+        ("run pendulum --tend 1", "there is no --tend; did you mean --t-end?"),
+        ("run pendulum --zzz 1", "there is no --zzz; there are --help, --g, --l, --m"),
+        ("sweep pendulum --theta 3", "there is no --theta; did you mean --theta0?"),
+        ("run pendulum --l 6,5", "'6,5' has a comma; a decimal number has a point, '6.5'"),
+        ("run pendulum --rtol 6,5", "'6,5' is not a number: a decimal number has a point, 6.5"),
+        ("run pendulum --y0 0,1,0,2", "got 4; decimal numbers have points"),
+        ("run pendulum --m 1kgg", "'1kgg' is not in kg; did you mean 'kg'?"),
         ("run pendulum --V0 x", "'x' is not a number"),
         ("run pendulum --V0 inf", "must be a finite number; got inf"),
         ("run satellite --method rk45", "there is no method 'rk45'; did you mean RK45?"),
@@ -139,6 +153,22 @@ def test_where_the_disk_is_full_a_sentence_says_so():
             text=True,
         )  # fmt: skip
     assert done.returncode == 2 and done.stderr == "fastdyn: [Errno 28] No space left on device\n"
+
+
+def test_derived_pages_and_files_are_named_and_run(tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        main(["run", "--help"])
+    told = " ".join(capsys.readouterr().out.split())
+    assert "FILE.py:NAME" in told and "double_pendulum" in told
+    path = tmp_path / "balls.py"
+    path.write_text(
+        "from fastdyn.systems import pendulum, satellite\n"
+        "class light(pendulum): name, title = 'light', 'A light pendulum'\n"
+        "class fast(satellite): name, title = 'fast', 'A fast satellite'\n"
+    )
+    for words in (["double_pendulum"], [f"{path}:fast"]):
+        assert main(["run", *words, "--t-end", "0.5"]) == 0
+    assert "energy" in capsys.readouterr().out
 
 
 def test_version(capsys):
@@ -239,3 +269,13 @@ def test_drift_from_the_command_line(tmp_path, capsys):
     words = "drift satellite --methods VelocityVerlet --evaluations 300 --periods 20"
     assert main(words.split()) == 0
     assert main("drift satellite --methods Gauss16".split()) == 2
+
+
+def test_why_reads_which_functions_a_file_has_and_runs_it_once(tmp_path, capsys):
+    file = tmp_path / "orbit.py"
+    file.write_text("print('runs')\ndef fall(t, y): return [y[1], -9.81]\n")
+    assert main(["why", str(file)]) == 2
+    said = capsys.readouterr()
+    assert f"such as {file}:fall" in said.err and "runs" not in said.out
+    assert main(["why", f"{file}:fal"]) == 2 and "did you mean fall?" in capsys.readouterr().err
+    assert main(["why", f"{file}:fall"]) == 0 and capsys.readouterr().out.count("runs") == 1

@@ -85,6 +85,7 @@ def filled(tmp_path_factory):
     return place, place.run()
 
 
+@pytest.mark.hunt
 def test_a_second_process_compiles_nothing_and_adds_no_file(filled):
     place, first = filled
     files = place.files()

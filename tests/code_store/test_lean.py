@@ -65,6 +65,7 @@ print(r.y.tobytes().hex(), r.t_events[0].tobytes().hex())
 """
 
 
+@pytest.mark.hunt
 def test_without_the_inner_parts_of_numba_kernels_have_the_same_bits(tmp_path):
     def bits(missing):
         env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / str(missing))}

@@ -161,6 +161,7 @@ def test_objects_are_as_the_store_and_the_loader_want_them(objects, triple):
     assert {"sin", "exp", "cbrt"} <= seen
 
 
+@pytest.mark.hunt
 def test_a_large_frame_touches_its_pages_on_windows(objects):
     asked = {t for t, _, code in objects if "__chkstk" in object_file.symbols(code)[1]}
     assert asked <= {"x86_64-pc-windows-msvc-elf"}
@@ -191,16 +192,3 @@ def test_object_code_is_elf_on_windows():
     assert target.in_elf("x86_64-pc-windows-msvc") == "x86_64-pc-windows-msvc-elf"
     assert target.in_elf("x86_64-pc-windows-msvc-elf") == "x86_64-pc-windows-msvc-elf"
     assert target.in_elf("x86_64-unknown-linux-gnu") == "x86_64-unknown-linux-gnu"
-
-
-@pytest.mark.parametrize("triple, side_by_side", [
-    ("aarch64-unknown-linux-gnu", True), ("arm64-apple-macosx", True),
-    ("x86_64-unknown-linux-gnu", False), ("x86_64-pc-windows-msvc", False),
-])  # fmt: skip
-def test_arm_has_its_code_beside_its_data(triple, side_by_side, monkeypatch):
-    """LLVM's older linker ends the process where the two lie too far apart."""
-    given = []
-    monkeypatch.setattr(llvm, "get_process_triple", lambda: triple)
-    monkeypatch.setattr(llvm, "create_lljit_compiler", lambda **chosen: given.append(chosen))
-    loader._Linker()
-    assert given == [{"use_jit_link": side_by_side}]

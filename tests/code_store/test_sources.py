@@ -18,7 +18,7 @@ FOLDERS = sorted(
     + ["kernels"]
 )
 MAKERS = {"assembled", "compiled", "linked", "without_function"}  # of code_store
-COMPILER = {"compile", "linear_solvers", "operations", "trace"}
+COMPILER = {"compile", "trace"}
 
 
 @pytest.fixture(scope="module")

@@ -57,7 +57,7 @@ r = fastdyn.solve_ivp(oscillator, method="Taylor", sensitivity=("y0", "k"), **gi
 """,
     "linear system": """
 def lever(t, y):
-    a, b = fastdyn.linear_solvers.solve_linear(((2.0, 1.0), (1.0, 3.0)), (-y[0], -y[1]))
+    a, b = fastdyn.solve_linear(((2.0, 1.0), (1.0, 3.0)), (-y[0], -y[1]))
     return [a, b]
 
 r = fastdyn.solve_ivp(lever, (0, 1), [1.0, 0.0], compile="shared")

@@ -23,7 +23,7 @@ from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.code import Traced
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.run import solve_problem
-from fastdyn.trace.graph.clock import CLOCK, checked_by
+from fastdyn.trace.graph.clock import CLOCK, checked_by, look
 from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 
 TEXT = """
@@ -109,6 +109,50 @@ def test_solves_wait_no_longer_than_the_budget_in_all(monkeypatch):
     go_on.set()
 
 
+def test_only_the_work_of_the_thread_counts():
+    """Where other processes have most of the machine, no more functions run in Python."""
+
+    def work():
+        end = time.thread_time() + 0.35
+        while time.thread_time() < end:
+            pass
+
+    def against(do):
+        return budget._against(budget._now() + 0.3, lambda: (do(), look()))
+
+    against(lambda: time.sleep(0.35))
+    with pytest.raises(OutOfTime):
+        against(work)
+
+
+def test_a_wait_counts_the_work_of_the_background_thread(monkeypatch):
+    go_on = threading.Event()
+    job, begin = background.Job(lambda: go_on.wait(60)), budget._now()
+    try:
+        assert not budget._waited_for(job, 0.02)  # which does not work: a tenth of the wall counts
+        assert 0.02 <= budget._now() - begin < 1.0
+        monkeypatch.setattr(background, "seconds", itertools.count().__next__)
+        assert not budget._waited_for(job, 2.5)
+        assert budget._now() - begin >= 3.0
+    finally:
+        go_on.set()
+    assert budget._waited_for(job, 60.0)
+
+
+def test_a_function_that_waits_long_for_its_code_is_told_of_once(monkeypatch, caplog):
+    monkeypatch.setattr(budget, "SECONDS", 0.001)
+    monkeypatch.setattr(budget, "LASTS", 0.0)
+    go_on, fun = threading.Event(), for_numba()
+    monkeypatch.setattr(background.Job, "run", lambda job: go_on.wait(60) and (job.end() or True))
+    for _ in range(2):
+        fastdyn.solve_ivp(fun, (0, 1), START)
+    go_on.set()
+    (said,) = caplog.messages
+    assert said.startswith(
+        "looped has run in Python for 0 s, because its compiled code is not ready"
+    )
+
+
 def test_ctrl_c_ends_the_waiting(monkeypatch):
     monkeypatch.setattr(budget, "SECONDS", 60.0)
     go_on = threading.Event()
@@ -177,6 +221,7 @@ def script(more=""):
     return done.returncode, done.stderr
 
 
+@pytest.mark.hunt
 def test_it_does_not_keep_the_interpreter_from_exiting():
     for pause in (0.0, 0.05, 0.3, 0.7):
         begin = f"time.sleep({pause}); begin = time.monotonic()\n"
@@ -184,6 +229,7 @@ def test_it_does_not_keep_the_interpreter_from_exiting():
         assert script(begin + ends) == (0, "")
 
 
+@pytest.mark.hunt
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
 def test_it_survives_a_fork():
     assert script(FORK) == (0, "")
@@ -226,6 +272,7 @@ def test_code_that_is_there_is_used_while_other_code_is_made(monkeypatch):
             return bind(scope["fun"], (), DERIVATIVE, 2, near).function is not None
 
     assert is_compiled()
+    monkeypatch.setattr(budget, "SECONDS", 0.1)  # which the next call waits out
     before = scope.pop("g")
     assert not is_compiled()
     scope["g"] = before

@@ -141,7 +141,7 @@ def test_a_wrong_length_is_named():
 
     with (
         pytest.warns(CompileWarning, match="it returns 1 numbers, not 2"),
-        pytest.raises(ValueError, match="1 values for a state of 2"),
+        pytest.raises(ValueError, match="1 value for a state of 2"),
     ):
         solve_ivp(short, (0, 3), [1.0, 0.5], max_step=0.1)
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from fastdyn.compile.linear_systems.straight_bands import are_short, band_routines
 from fastdyn.kernels.algebra import factorise as kernels
 from fastdyn.kernels.algebra import factorise_complex as complex_kernels
 from fastdyn.kernels.algebra import lapack
 from fastdyn.kernels.jit.options import njit
-from fastdyn.linear_solvers.straight_bands import are_short, band_routines
 
 BANDS = [(1, 0), (1, 1), (2, 2), (1, 5), (3, 1), (4, 4), (5, 2)]
 

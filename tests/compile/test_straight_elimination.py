@@ -5,9 +5,9 @@ import pytest
 
 from fastdyn import solve_ensemble, solve_ivp
 from fastdyn.compile import memory
+from fastdyn.compile.linear_systems.straight_elimination import FULL, straight_routines
 from fastdyn.kernels.algebra import lapack
 from fastdyn.kernels.jit.options import njit
-from fastdyn.linear_solvers.straight_elimination import FULL, straight_routines
 from fastdyn.run import solve_problem
 from fastdyn.run.matrices import layouts as matrices
 from support.loops import by_columns, by_complex_kernels, by_kernels

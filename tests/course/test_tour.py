@@ -32,6 +32,7 @@ def test_tour_tells_the_published_numbers(told):
     assert all(system.title in text for system in SYSTEMS.values())
 
 
+@pytest.mark.hunt
 def test_a_failing_check_makes_the_status_one(tmp_path, monkeypatch, capsys):
     wrong = {**satellite.ODE45, 1e-3: (170, 0.71, "-40.39", "-15.60")}
     monkeypatch.setattr(satellite, "ODE45", wrong)

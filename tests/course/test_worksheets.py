@@ -63,7 +63,7 @@ TOLD = {  # what a command prints, and what it is in the answer
     ("satellite", 1): {r"energy has changed by -(\S+)": 0.5 * 0.027e-2},
     ("building", 0): {r"y2: largest \S+ m at omega = (\S+);": 12.36},
     ("building", 1): {r"y2: largest (\S+) m at omega = 9;": None},
-    ("pendulum_xy", 0): {r"circle is off by (\S+) at": 8.4e-2},
+    ("pendulum_xy", 0): {r"circle is off by (\S+) m at": 8.4e-2},
     ("pendulum_xy", 1): {r"  x = \S+ m  \(error (\S+)\)": None},
     ("vehicle", 0): {r"speed = (\S+)": None, r"omega = (\S+)": None},
     ("vehicle", 1): {r"front force = .* to (\S+)\)": None},

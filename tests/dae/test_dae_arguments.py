@@ -9,8 +9,8 @@ from fastdyn import solve_dae
 from tests.support.daes import linear
 
 REFUSED = [
-    (ValueError, "`F` returned 1 values for a state of 2", {"F": lambda t, y, yp: [yp[0]]}),
-    (TypeError, "`F` returned NoneType; it must return 2 numbers", {"F": lambda t, y, yp: None}),
+    (ValueError, "`F` returned 1 value for a state of 2", {"F": lambda t, y, yp: [yp[0]]}),
+    (TypeError, "`F` returned None; it must return 2 numbers", {"F": lambda t, y, yp: None}),
     (TypeError, "`F` returned complex numbers", {"F": lambda t, y, yp: [1j, y[0]]}),
     (ValueError, "`F` returned nan or inf .*equation 1", {"F": lambda t, y, yp: [0, math.nan]}),
     (TypeError, "takes 2 positional arguments", {"F": lambda t, y: y}),
@@ -35,7 +35,11 @@ REFUSED = [
     (ValueError, "`on_event` must have a function", {"on_event": lambda t, y: y}),
     (TypeError, "`on_event` must be a function", {"events": abs, "on_event": [3]}),
     (ValueError, "`breakpoints` must be a 1-D array", {"breakpoints": [[0.5]]}),
-    (ValueError, "no `checkpoint`", {"checkpoint": "file"}),
+    (
+        ValueError,
+        "`checkpoint` of `solve_dae` does not go with .*breakpoints",
+        {"checkpoint": "file", "breakpoints": [0.5]},
+    ),
     (TypeError, "`callback` must be a function", {"callback": 3}),
     (TypeError, "no option `step` without a method", {"step": 0.1}),
     (ValueError, "`at` has the time 2.0, behind the end", {"at": [2.0]}),

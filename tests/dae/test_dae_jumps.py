@@ -88,7 +88,7 @@ def test_a_state_without_a_solution_is_a_sentence():
     at_half = marked(lambda t, y: y[0] - 0.5)
     with pytest.raises(ValueError, match="equation 1 of `F` stays different from 0"):
         solve_dae(F, (0, 2), [1.0, 1.0], events=at_half, on_event=lambda t, y: [-3.0, 1.0])
-    with pytest.raises(ValueError, match="`on_event` returned 1 values for a state of 2"):
+    with pytest.raises(ValueError, match="`on_event` returned 1 value for a state of 2"):
         solve_dae(F, (0, 2), [1.0, 1.0], events=at_half, on_event=lambda t, y: [1.0])
     run = solve_dae(F, (0, 2), [1.0, 1.0], events=at_half, on_event=lambda t, y: [math.nan, 1.0])
     assert run.status == -1 and "`on_event` of event 0, `event`, returned nan" in run.message

@@ -10,6 +10,7 @@ import pytest
 
 from bench.problems.daes import AKZO_NOBEL, DAES
 from fastdyn import solve_dae
+from fastdyn.run import checkpoint, loop
 from tests.support.daes import linear, linear_solution
 
 TIGHT = {"rtol": 1e-9, "atol": 1e-11}
@@ -87,3 +88,51 @@ def test_steps_are_not_more_than_those_of_ida(dae, n_steps, nfev):
     run = solve_dae(dae.F, (0, dae.end), dae.y0, dae.yp0, rtol=1e-5, atol=atol)
     assert run.n_accepted <= 1.2 * n_steps and run.nfev <= 1.2 * nfev
     assert run.njev <= 40 * np.log10(run.n_accepted)
+
+
+def pendulum(t, y, yp, length):
+    x, z, u, v, force = y
+    return [yp[0] - u, yp[1] - v, yp[2] + force * x, yp[3] + force * z + 1, x**2 + z**2 - length**2]
+
+
+CHECKPOINTED = {
+    "small": (linear, START, {"events": lambda t, y: y[1]}),
+    "sparse": (heated(120, 1)[0], (np.zeros(120), None), {"dense_output": True}),
+    "sensitivities": (linear, START, {"sensitivity": "y0"}),
+    "higher index": (
+        pendulum,
+        ([0.6, -0.8, 0, 0, 0], None),
+        {"args": (1.0,), "t_eval": [2.0, 3.0]},
+    ),
+}
+
+
+@pytest.mark.few(1)
+@pytest.mark.parametrize("name", CHECKPOINTED)
+def test_an_interrupted_run_goes_on_bit_for_bit(name, tmp_path, monkeypatch):
+    F, (y0, yp0), more = CHECKPOINTED[name]
+
+    def solve(**changed):
+        return solve_dae(F, (0, 3), y0, yp0, **{**TIGHT, **more, **changed})
+
+    expected, path = solve(), tmp_path / "run.npz"
+    monkeypatch.setattr(loop, "CHUNK_SECONDS", 0.0)
+    looks = []
+
+    def interrupted(self):
+        looks.append(self)
+        if len(looks) == 8:
+            raise KeyboardInterrupt
+        return False
+
+    monkeypatch.setattr(checkpoint.Checkpoint, "due", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        solve(checkpoint=path)
+    run = solve(checkpoint=path)
+    for field in ("t", "y", "yp", "nfev", "n_accepted"):
+        assert np.array_equal(run[field], expected[field], equal_nan=True), field
+    assert str(run.t_events) == str(expected.t_events)
+    if "sensitivity" in expected:
+        assert np.array_equal(run.sensitivity["y0"], expected.sensitivity["y0"])
+    with pytest.raises(ValueError, match="belongs to another run"):
+        solve(checkpoint=path, rtol=1e-8)

@@ -134,7 +134,7 @@ def test_wrong_arguments(change, error, said):
 
 
 def test_a_wrong_number_of_residuals():
-    with pytest.raises(ValueError, match="returned 1 values for a state of 2"):
+    with pytest.raises(ValueError, match="returned 1 value for a state of 2"):
         reduced(lambda t, y, yp: [yp[0] - y[0]], (0, 1), [1.0, 1.0])
 
 

@@ -139,6 +139,7 @@ def test_springs_and_dampers_between_bodies():
         assert damped[-1] < 0.9 * damped[0] and np.all(np.diff(damped) < 1e-9)
 
 
+@pytest.mark.hunt
 def test_a_free_body_in_space_keeps_its_angular_momentum():
     """Three moments of inertia: Euler's law in the frame of the body, H in the fixed one."""
     board = Model("stone")

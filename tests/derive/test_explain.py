@@ -55,9 +55,14 @@ def test_formulas_are_latex(name):
 
 def test_notebooks_show_it(pendulum):
     assert pendulum._repr_html_().count("<li>") == len(HEADINGS)
-    assert r"$\displaystyle m \ddot{x} = - \frac{R x}{l}$" in pendulum._repr_html_()
+    assert (
+        r'<span class="math">\(\displaystyle m \ddot{x} = - \frac{R x}{l}\)</span>'
+        in pendulum._repr_html_()
+    )
     assert r"\[m \ddot{x} = - \frac{R x}{l}\]" in pendulum._repr_latex_()
     assert r"\dot{\alpha}" in explanation("vehicle").latex()
+    angles = explanation("double_pendulum").latex()
+    assert r"\ddot{\theta}_{1}" in angles and "th" not in re.sub(r"\\\w+", "", angles).split()
 
 
 @pytest.mark.few(3)

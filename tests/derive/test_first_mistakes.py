@@ -98,7 +98,7 @@ def test_functions_of_numpy_are_refused_by_name(function):
 def test_a_start_that_is_sought_from_nothing_names_guess():
     board, _, x, y, l = particle()
     board.constrain(x**2 + y**2 - l**2)
-    with pytest.raises(ValueError, match=r"`guess\(...\)` must say near which state"):
+    with pytest.raises(ValueError, match=r"Let `guess\(...\)` name values near the start"):
         board.lagrange()
 
 

@@ -109,6 +109,7 @@ def chain_by_places():
     return board.newton().system()
 
 
+@pytest.mark.hunt
 def test_closed_chain_is_that_of_its_masses():
     by_angles, by_places = system_of("closed_chain")(), chain_by_places()
     for y in random_states(by_angles, 5):

@@ -205,3 +205,9 @@ def test_earlier_positions_do_not_lie_on_top_of_each_other():
 def test_bodies_in_space_are_filled():
     figure = derived("heavy_top")().plot((0.0, 0.2))
     assert len(figure.axes[0].collections) == 1
+
+
+def test_a_disc_in_space_rolls_on_a_floor():
+    drawn = scenes(derived("rolling_disc")())
+    assert drawn[0].ground == pytest.approx(0.0, abs=1e-9) == frame(drawn)["zlim"][0]
+    assert scenes(derived("heavy_top")())[0].ground is None

@@ -35,6 +35,7 @@ def test_a_reaction_on_one_of_two_joined_bodies_is_warned_of():
         double(-1, 1)
 
 
+@pytest.mark.hunt
 def test_a_reaction_along_no_direction_of_length_one_is_warned_of():
     with pytest.warns(UserWarning, match=r"R2 of double .* length is not 1 \(but 2\)"):
         double(-2, 2)

@@ -230,6 +230,8 @@ def test_friction_is_for_newton():
 
 
 def test_no_page_of_this_name():
+    with pytest.raises(ValueError, match="'bulding'; did you mean \"building\""):
+        page("bulding")
     with pytest.raises(ValueError, match="No page is called 'moon'; choose from building"):
         page("moon")
 

@@ -132,6 +132,7 @@ def test_a_position_in_disguise_is_warned_of():
         board.lagrange()
 
 
+@pytest.mark.hunt
 def test_wheels_and_edges_are_not_warned_of():
     from fastdyn.derive.pages import page
 

@@ -48,7 +48,7 @@ def test_a_start_that_seems_to_be_in_degrees_is_warned_of(board):
         systems.tower(angle="45")
 
 
-@pytest.mark.parametrize("wrong", ["60 grad", "V0", "1 cm", float("nan"), float("inf"), 1j])
+@pytest.mark.parametrize("wrong", ["60 grad", "V0", "1 kg", float("nan"), float("inf"), 1j])
 def test_a_start_that_is_no_number_is_refused(board, wrong):
     with pytest.raises(ValueError, match=r"start of `x`|is not in m"):
         board.start(x=wrong)
@@ -140,3 +140,49 @@ def test_units_are_read_as_they_are_written():
     assert not dimension_of("cm").agrees(dimension_of("m"))
     for unknown in ("", "smoots", "N/m s", "%"):
         assert dimension_of(unknown) is None
+
+
+def test_lengths_masses_times_and_forces_have_prefixes():
+    given = {"m": "250 g", "L": "100 cm", "T": "5 ms", "F": "2 kN", "k": "3 kN/m", "v": "36 km/h"}
+    units = {"m": "kg", "L": "m", "T": "s", "F": "N", "k": "N/m", "v": "m/s"}
+    model = Model("prefixed")
+    model.parameters(**{name: (text, units[name]) for name, text in given.items()})
+    found = {str(one.symbol): one.default for one in model.numbers}
+    expected = {"m": 0.25, "L": 1.0, "T": 0.005, "F": 2000.0, "k": 3000.0, "v": 10.0}
+    assert found == pytest.approx(expected, rel=1e-15)
+    assert systems.pendulum(l="50 cm").l == 0.5
+    for text in ("100 g", "1 xm", "1 m/s"):
+        with pytest.raises(ValueError, match="is not in m"):
+            systems.pendulum(l=text)
+    with pytest.raises(ValueError, match="is not in rad/s"):  # a frequency is no angular velocity
+        systems.rod(omega="1 Hz")
+
+
+def test_quantities_of_pint_are_converted():
+    class Quantity:  # as pint's: to(text), magnitude, units
+        def __init__(self, magnitude, units):
+            self.magnitude, self.units = magnitude, units
+
+        def to(self, unit):
+            if (self.units, unit) != ("cm/s**2", "m/s**2"):
+                raise TypeError(f"Cannot convert from {self.units} to {unit}")
+            return Quantity(self.magnitude / 100, unit)
+
+    assert systems.pendulum(g=Quantity(981.0, "cm/s**2")).g == pytest.approx(9.81)
+    with pytest.raises(ValueError, match="Cannot convert"):
+        systems.pendulum(l=Quantity(1.0, "kg"))
+
+
+def test_a_number_may_be_called_w():
+    model = Model("wide")
+    x = model.coordinates("x", "m", rates="v")
+    m, w = model.parameters(m=(1.0, "kg"), w=(4.0, "N/m"))
+    model.particle(m, x * i).force(-w * x * i)
+    wide = model.derive().system()
+    assert wide.rhs(0.0, [1.0, 0.5], *wide.args) == [0.5, -4.0]
+    run = wide.solve((0, 1), y0=[1.0, 0.0], rtol=1e-10, atol=1e-10)
+    assert run.y[0, -1] == pytest.approx(math.cos(2.0), abs=1e-8)
+    one = Model("one")
+    q = one.coordinates("w", "m", rates="v")
+    one.particle(1.0, q * i).force(-4.0 * q * i)
+    assert one.derive().system().rhs(0.0, [1.0, 0.5]) == [0.5, -4.0]

@@ -196,7 +196,10 @@ def test_a_function_that_only_this_process_knows_has_no_checkpoint(tmp_path):
         return [y[1], -y[0]]
 
     given = {"y0": [1.0, 0.0], "invariants": {"q": lambda t, y: y[0]}}
-    with pytest.warns(fastdyn.CompileWarning), pytest.raises(ValueError, match="only this process"):
+    with (
+        pytest.warns(fastdyn.CompileWarning),
+        pytest.raises(ValueError, match="this process alone"),
+    ):
         fastdyn.energy_drift(
             remembering, "RK4", step=0.1, n_steps=10,
             checkpoint=tmp_path / "x.npz", **given,

@@ -34,7 +34,7 @@ def test_shapes_broadcast_or_are_refused(a, b, two_states, list_given):
         ({"y0": np.ones((2, 2, 2))}, ValueError, "shape"),
         ({"args": (np.ones((2, 2)),)}, ValueError, "Shared"),
         ({"args": (["a"],)}, ValueError, "numbers"),
-        ({"reduce": "median"}, ValueError, "choose from max"),
+        ({"reduce": "entropy"}, ValueError, "choose from max"),
         ({"reduce": "first_event"}, ValueError, "needs `events`"),
         ({"simd": "many"}, ValueError, "choose from auto"),
         ({"checkpoint": "x"}, TypeError, "takes no `checkpoint`"),

@@ -132,3 +132,16 @@ def test_a_store_is_compared_too(tmp_path, monkeypatch):
 
 def of_store(t, y):
     return [-5.75 * y[0]]
+
+
+@pytest.mark.filterwarnings("error::fastdyn.CompileWarning")
+def test_rounding_moves_steps_at_kinks_from_a_start_at_zero():
+    """A start at zero has no rounding of its own, and 200 kinks change steps by 2e-8."""
+    x, road = np.linspace(0, 100, 200), 0.003 * np.random.default_rng(1).normal(size=200).cumsum()
+
+    def wheel(t, y, k, v):
+        return [y[1], -k * (y[0] - np.interp(v * t, x, road)) - 0.6 * y[1]]
+
+    args = np.linspace(20, 80, 8), np.linspace(10, 30, 8)
+    how = {"rtol": 1e-8, "atol": 1e-10, "reduce": "mean"}
+    assert fastdyn.solve_ensemble(wheel, (0, 3), [0, 0], args, method="RK45", **how).reason == ""

@@ -22,6 +22,7 @@ def noted(made, compile):
     return lambda *given: made.append(given) or compile(*given)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("folds", [(), (Fold(lambda last, t, y: t, name="end"),)])
 @pytest.mark.parametrize("method", ["RK23", "Rodas5P"])
 def test_numba_compiles_once_for_all_functions(method, folds, monkeypatch):

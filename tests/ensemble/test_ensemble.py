@@ -185,6 +185,7 @@ def test_projection_breakpoints_and_backwards():
                 assert many.n_accepted[i] == one.n_accepted
 
 
+@pytest.mark.hunt
 def test_ctrl_c_returns_the_finished_part():
     import _thread
 
@@ -226,7 +227,7 @@ def test_initial_conditions_of_a_system_vary_the_starts_alone():
         alone = systems.pendulum(l=2.0, V0=V0[i], g=g[i]).solve((0, 1), method="RK4", step=0.01)
         assert np.allclose(result.y_end[i], alone.y[:, -1], rtol=1e-13, atol=0.0)
     figure = swings.ensemble(V0=V0, t_span=(0, 1)).plot()
-    assert figure.axes[-1].get_xlabel() == "V0 (m/s)"
+    assert figure.axes[-1].get_xlabel() == "V₀ (m/s)"
     with pytest.raises(ValueError, match="`V0` of the pendulum and `y0` both set the start"):
         swings.ensemble(V0=V0, y0=[0.1, 0.0])
     with pytest.raises(ValueError, match="one entry a trajectory: `V0` has 3, `g` has 2"):

@@ -68,6 +68,7 @@ def member(fun, span, y0, method, k, **options):
     return solve_ivp(fun, span, y0, method, args=(k,), **GIVEN, **options)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", PROBLEMS)
 @pytest.mark.parametrize("method", TAKE)
 def test_each_member_is_the_single_solve(method, name):
@@ -152,6 +153,7 @@ def test_a_matrix_that_changes(method):
     )
 
 
+@pytest.mark.hunt
 def test_means_along_trajectories():
     """The integrals of the moments stand beside M as y' = f does."""
     given = {"rtol": 1e-8, "atol": 1e-10, "reduce": ["mean", "rms"]}

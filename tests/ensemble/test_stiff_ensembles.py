@@ -69,6 +69,7 @@ def near(a, b):
     return (abs(a - b) <= SHARE * (ATOL + RTOL * abs(b))).all()
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", SWEEPS)
 def test_each_member_is_the_single_solve(name):
     sweep = SWEEPS[name]
@@ -101,6 +102,7 @@ def same_times(a, b):
 low.terminal = False
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize(
     "options",
     [
@@ -222,7 +224,7 @@ def full(n):
         (decay, [1.0], {"jac": lambda t, y, k: [[-k]]}, "Jacobian"),
         (decay, [1.0], {"jac": "2-point"}, "Jacobian"),
         (decay, [1.0], {"method": "Radau"}, "not written for vectors"),
-        (full(20), np.ones(20), {}, "20 equations so coupled"),
+        (full(20), np.ones(20), {}, "elimination for 20 equations"),
     ],
 )
 def test_the_rest_runs_one_by_one(fun, y0, options, reason):

@@ -59,6 +59,7 @@ solve_ensemble(**slow(), store=sys.argv[1], block=20, threads=1)
 """
 
 
+@pytest.mark.hunt
 def test_a_killed_process_goes_on(store):
     expected = solve_ensemble(**slow())
     process = subprocess.Popen(
@@ -174,6 +175,7 @@ def full(store):
     return store, given, solve_ensemble(**given, store=store, block=50)
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("how", BREAK)
 @pytest.mark.parametrize("name", KEPT)
 def test_a_block_that_is_damaged_is_solved_again(full, name, how):

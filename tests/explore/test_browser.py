@@ -133,13 +133,14 @@ def test_wrong_input_is_answered_by_a_sentence(browser):
 
 def test_the_page_fits_windows_of_every_width(browser):
     size, wide = browser.driver.get_window_size(), []
-    for width in (700, 1300, 1900):
+    assert browser.driver.execute_script("return !!document.querySelector('meta[name=viewport]')")
+    for width in (500, 1300, 1900):
         browser.driver.set_window_size(width, 950)
         over = "return document.documentElement.scrollWidth > document.documentElement.clientWidth"
         assert browser.until(lambda over=over: not browser.driver.execute_script(over))
         browser.until(lambda: len(browser.find(".bk-Figure")) == 4)
         wide.append(max(one.rect["x"] + one.rect["width"] for one in browser.find(".bk-Figure")))
-    assert wide[0] <= 700 and wide[1] > 1200 and wide[2] > 1800  # no side is unused
+    assert wide[0] <= 500 and wide[1] > 1200 and wide[2] > 1800  # no side is unused
     browser.driver.set_window_size(size["width"], size["height"])
 
 

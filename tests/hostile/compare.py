@@ -15,7 +15,7 @@ SAMPLES, SPREAD = 24, 30  # solves with noise of rounding's size, and multiples 
 SENTENCES = (
     "`fun` returned",
     "depend on their order",
-    "its Jacobian is that of before",
+    "its Jacobian cannot follow",
 )  # of refusals
 NUMBER = re.compile(r"-?\d+\.\d+(?:e[-+]?\d+)?")
 

@@ -50,6 +50,7 @@ def test_the_judge_sees_a_function_that_is_another_for_fastdyn(line, expected, m
     assert found.replace("warned", "equal") == expected, details
 
 
+@pytest.mark.hunt
 def test_what_hangs_or_dies_is_named(monkeypatch):
     monkeypatch.setattr("hostile.workers.HANG", 2.0)
     seen = []

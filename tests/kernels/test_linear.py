@@ -8,8 +8,7 @@ import pytest
 from numba import njit
 
 import fastdyn
-from fastdyn import SingularMatrixError, constrained, solve_ivp
-from fastdyn.linear_solvers import solve_linear
+from fastdyn import SingularMatrixError, constrained, solve_ivp, solve_linear
 
 EPS = np.finfo(float).eps
 
@@ -131,7 +130,7 @@ def test_a_matrix_that_becomes_singular_is_reported_with_the_time(tier):
 
 def test_they_compile_inside_a_users_function_whatever_name_they_have():
     def by_module(t, w):
-        return fastdyn.linear_solvers.solve_linear(((2, 0), (0, 4)), (w[1], -w[0]))
+        return fastdyn.solve_linear(((2, 0), (0, 4)), (w[1], -w[0]))
 
     solve = solve_linear
 

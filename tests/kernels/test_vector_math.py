@@ -126,6 +126,7 @@ def test_a_function_is_exact_to_two_ulp(function, exact, numpys, columns):
     assert max(found) <= 2
 
 
+@pytest.mark.few(16)
 @over_functions
 def test_zeros_infinities_and_nan_come_out_as_from_numpy(function, exact, numpys, columns):
     columns = [np.array(SPECIAL)] if len(columns) == 1 else PAIRS

@@ -196,7 +196,11 @@ def test_a_mass_that_depends_on_the_time():
         ({"options": odeset("NonNegative", [0, 2])}, ValueError, "list each component once"),
         ({"options": odeset("NonNegative", [0], "Mass", np.eye(2))}, ValueError, "do not go"),
         ({"options": odeset("NormControl", "on")}, ValueError, "NormControl is no option"),
-        ({"options": 1e-5}, TypeError, "names and values, or older options"),
+        (
+            {"options": 1e-5},
+            TypeError,
+            r"`options` must be what `odeset\(...\)` returns, or a dict",
+        ),
         ({"odefun": "fall"}, TypeError, "must be a function of"),
     ],
 )

@@ -103,14 +103,35 @@ def transposed(t, y):
     return np.array(robertson_jacobian(t, y)).T
 
 
-def test_a_wrong_jacobian_is_named_once():
-    given = (robertson, (0, 1e-3), [1.0, 0.0, 0.0], "Radau")
-    with pytest.warns(UserWarning, match=r"not the Jacobian of `fun`: at t = 0, .* \(0, 1"):
+@pytest.mark.parametrize("method", ["Radau", "BDF", "LSODA", "Rodas5P"])
+def test_a_wrong_jacobian_is_named_once_by_each_method(method):
+    given = (robertson, (0, 1e-3), [1.0, 0.0, 0.0], method)
+    with pytest.warns(UserWarning, match=r"not the Jacobian of `fun`: at t = 0, .* \(0, 1") as said:
         solve_ivp(*given, jac=transposed)
+    assert max(len(str(each.message)) for each in said) < 220
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         solve_ivp(*given, jac=transposed)
         solve_ivp(*given, jac=robertson_jacobian)
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
+def test_a_wrong_jacobian_of_many_components_or_in_python_is_named_shortly():
+    matrix = -np.diag(np.arange(1.0, 41.0))
+
+    def in_python(t, y):
+        return matrix @ y * float(format(2.0, ".1f"))
+
+    for fun, jac in (
+        (lambda t, y: matrix @ y, lambda t, y: -matrix),
+        (in_python, lambda t, y: matrix),
+        (lambda t, y: matrix @ y, lambda t, y: matrix * float(format(2.0, ".1f"))),
+    ):
+        with pytest.warns(
+            UserWarning, match="`jac` is not the Jacobian of `fun`: at t = 0"
+        ) as said:
+            solve_ivp(fun, (0, 1), np.linspace(1, 2, 40), "BDF", jac=jac)
+        assert len(str(said[-1].message)) < 240
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -160,6 +181,7 @@ def test_bands_are_made_use_of():
     assert run_of_it.bounds[0].block[JACOBIAN] != 0  # an exact one
 
 
+@pytest.mark.hunt
 def test_many_components_with_full_matrices():
     n = 301
     a = -np.eye(n) - np.random.default_rng(0).random((n, n)) / n

@@ -128,6 +128,25 @@ def test_steps_are_scipys(name):
     assert np.abs(ours.t - t).max() <= 30 * apart + 4 * EPS * np.abs(t).max()
 
 
+def test_steps_too_short_to_change_the_time_go_on_while_they_grow():
+    def fun(t, y):
+        return [1e50 / y[0]]
+
+    found, theirs = (
+        solver(fun, (1, 2), [1e6], method="LSODA")
+        for solver in (solve_ivp, scipy.integrate.solve_ivp)
+    )
+    assert found.status == 0 and found.nfev == theirs.nfev and (found.t[:300] == 1.0).all()
+    assert found.y[0, -1] == pytest.approx(theirs.y[0, -1], rel=1e-9)
+    # The exact solution, of which each step has an error of 1e-3 at most.
+    assert found.y[0, -1] == pytest.approx(np.sqrt(1e12 + 2e50), rel=2e-3)
+
+
+def test_steps_at_a_blow_up_end():
+    found = solve_ivp(lambda t, y: [y[0] ** 2], (0, 2), [1.0], method="LSODA")
+    assert found.status == -1 and found.t[-1] == pytest.approx(1.0, abs=1e-2)
+
+
 @pytest.mark.parametrize(
     "name, jacobian",
     [("Robertson", robertson_jacobian), ("stiffer", van_der_pol_jacobian),
@@ -192,7 +211,7 @@ def test_wrong_options_get_a_sentence(options, sentence):
     "fun, t_end, sentence",
     [
         (lambda t, y: [y[0] ** 2], 1.0, "blows up"),
-        (lambda t, y: [np.sqrt(1.0 - t)], 1.0, "nan or inf just after t = 1"),
+        (lambda t, y: [np.sqrt(1.0 - t)], 1.0, "nan or inf at all times after t = 1"),
         (lambda t, y: [np.nan * y[0]], 0.0, "nan or inf at the start"),
     ],
 )

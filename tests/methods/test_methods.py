@@ -38,7 +38,7 @@ def short_steps(method):
 
 
 # Rounding covers the first term of its error before the next ones are small beside it.
-FASTER = {"Vern9"}
+FASTER = {"Vern9", "Yoshida8"}
 
 
 @pytest.mark.parametrize("method", OF_ONE_ORDER)

@@ -92,6 +92,7 @@ def solved(function, network, method, fun="fun", **options):
     return function(given, SPAN, network.y0, method, **{**OPTIONS, **options})
 
 
+@pytest.mark.few(28)
 @pytest.mark.parametrize("form", ["exact", "given", "constant", "pattern"])
 @pytest.mark.parametrize("kind", NETWORKS, ids=str)
 @pytest.mark.parametrize("method", METHODS)

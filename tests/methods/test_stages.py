@@ -21,6 +21,7 @@ def branching(t, w):
     return [w[1], -w[0] if w[0] > 0 else -2.0 * w[0]]
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("method", ["Gauss4", "Gauss16", "GaussNystrom8", "EnergyConserving4"])
 @pytest.mark.parametrize("fun", [elementary, branching])
 def test_both_tiers_give_the_same_bits(method, fun, monkeypatch, tmp_path):

@@ -10,6 +10,7 @@ import pytest
 import fastdyn
 from fastdyn.kernels.methods import METHODS, symplectic
 from fastdyn.kernels.methods.gauss import legendre
+from fastdyn.solve import solve_second_order, solve_separable
 
 EPS = np.finfo(float).eps
 
@@ -158,3 +159,31 @@ def test_rounded_coefficients_are_symplectic_exactly(name):
 def test_rounded_coefficients_are_symmetric_exactly(name):
     mu = np.array(METHODS[name].tableau["mu"])
     assert np.array_equal(mu + mu[::-1, ::-1], np.ones_like(mu))
+
+
+@pytest.mark.few(3)
+@pytest.mark.parametrize("name", [m.name for m in METHODS.values() if m.backward == "kicks"])
+def test_the_energy_between_steps_is_that_at_steps(name):
+    """At the times of the output, of events, and of the dense output; also of a Hamiltonian."""
+
+    def kepler(t, q):
+        return -q / np.hypot(*q) ** 3
+
+    def energy(y):
+        return 0.5 * (y[2] ** 2 + y[3] ** 2) - 1.0 / np.hypot(y[0], y[1])
+
+    step, t_eval = 2 * np.pi / 80, np.linspace(0.01, 50.0, 301)
+    given = (kepler, (0.0, 51.0), [0.7, 0.0], [0.0, np.sqrt(13 / 7)], name)
+    whole = solve_second_order(*given, step=step, dense_output=True, events=lambda t, y: y[1])
+    start = energy(whole.y[:, 0])
+    at_steps = np.abs(energy(whole.y) - start).max() + 2e-15
+    some = solve_second_order(*given, step=step, t_eval=t_eval).y
+    assert np.array_equal(some, whole.sol(t_eval))
+    for y in (some, whole.y_events[0].T):
+        assert np.abs(energy(y) - start).max() < 2 * at_steps
+    if METHODS[name].separable:
+        q0, v0 = given[2:4]
+        apart = solve_separable(
+            lambda t, p: p, kepler, (0.0, 51.0), q0, v0, name, step=step, t_eval=t_eval
+        ).y
+        assert np.abs(energy(apart) - start).max() < 2 * at_steps

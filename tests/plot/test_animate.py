@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from matplotlib import animation
+from PIL import Image
 
 from fastdyn.course.gallery import moving_run
 from fastdyn.plot import animate
 from fastdyn.plot.animate import Artists, _ffmpeg
 from fastdyn.plot.scene import frame
-from fastdyn.systems import SYSTEMS, cable
+from fastdyn.systems import SYSTEMS, cable, satellite
 
 
 def test_moving_pictures(tmp_path):
@@ -20,6 +21,7 @@ def test_moving_pictures(tmp_path):
         run.animate(tmp_path / "cable.mp3")
 
 
+@pytest.mark.hunt
 def test_a_film_needs_ffmpeg_and_says_where_it_comes_from(tmp_path, monkeypatch):
     run = cable(V0=5.9).solve((0.0, 2.0))
     if _ffmpeg():
@@ -41,11 +43,21 @@ def test_the_time_factor_is_said_in_a_corner():
     assert [animate._pace(f) for f in (2.0, 0.25, 1500.0)] == [
         "2 × real time", "4 × slower", "1500 × real time"
     ]  # fmt: skip
-    t, scenes = animate._scenes(cable(V0=5.9).solve((0.0, 2.0)), 1.0, 10)
-    figure, _ = animate._moving(t, scenes, 10, True)
+    film = animate._film(cable(V0=5.9).solve((0.0, 2.0)), 1.0, 10)
+    figure, _ = animate._moving(film, 10, True)
     assert figure.axes[0].get_title(loc="right") == "2.2 × real time"
 
 
+def test_a_gif_takes_the_time_that_it_says(tmp_path):
+    """1000 / (100 / 3) is 29.999...: the writer cut it to 29, and GIFs count hundredths: 20 ms."""
+    path = tmp_path / "moving.gif"
+    cable(V0=5.9).solve((0.0, 0.5)).animate(path)
+    with Image.open(path) as film:
+        shown = [film.seek(k) or film.info["duration"] for k in range(film.n_frames)]
+    assert sum(shown) == pytest.approx(500, abs=40)
+
+
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_every_system_moves_inside_its_frame(name, tmp_path):
     run = moving_run(name)
@@ -69,3 +81,13 @@ def test_nothing_of_a_moving_picture_is_clipped(tmp_path, monkeypatch):
         width, height = figure.get_size_inches()
         assert box.x0 >= 0.0 and box.y0 >= 0.0 and box.x1 <= width and box.y1 <= height
     assert len(figures) == 4
+
+
+def test_the_trail_of_a_fast_motion_has_no_corners():
+    for span in ((0.0, 60.0), (60.0, 0.0)):
+        run = satellite().solve(span, rtol=1e-9, atol=1e-9, dense_output=True)
+        film = animate._film(run, 1.0, 30)  # 2 pictures a second of the orbit's ten turns
+        x, y = np.array([scene.traced for scene in film.scenes]).T
+        along = np.diff(np.unwrap(np.arctan2(y, x)))
+        assert np.abs(along).max() < 0.2
+        assert np.allclose(film.t[film.pictures], np.linspace(*span, 30), rtol=0.0, atol=1e-12)

@@ -32,10 +32,10 @@ def test_a_sweep_draws_each_reduction_over_the_parameter():
     result = systems.building().ensemble(omega=omega, t_span=(0, 2), reduce=("max", "max_time"))
     figure = result.plot(components=["y1", "y2"])
     assert [entry[1] for entry in labels(figure)] == [
-        "largest y1 (m)", "largest y2 (m)", "time of the largest y1 (s)",
-        "time of the largest y2 (s)",
+        "largest y₁ (m)", "largest y₂ (m)", "time of the largest y₁ (s)",
+        "time of the largest y₂ (s)",
     ]  # fmt: skip
-    assert figure.axes[-1].get_xlabel() == "omega (rad/s)"
+    assert figure.axes[-1].get_xlabel() == "ω (rad/s)"
     line = figure.axes[1].lines[0]
     assert np.array_equal(line.get_xdata(), np.sort(omega))
     assert np.array_equal(line.get_ydata(), result.reduced["max"][np.argsort(omega), 1])

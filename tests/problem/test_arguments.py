@@ -104,10 +104,11 @@ BEYOND_SCIPY = {
     "depends on the velocity": [VERLET | {"fun": lambda t, y: [y[1], -y[0] - y[1]]}],
     "choose from auto, shared, inlined": [{"compile": "fast"}],
     "choose from raise, return": [{"on_interrupt": "stop"}],
-    "`max_steps` must be at least 1": [{"max_steps": 0}, {"max_steps": np.nan}],
+    "`max_steps` must be at least 1": [{"max_steps": 0}],
+    "`max_steps` must be a whole number": [{"max_steps": np.nan}, {"max_steps": 2.5}],
     "3 values for a state of 2": [{"fun": lambda t, y: [1.0, 2.0, 3.0]}],
-    "1 values for a state of 2": [{"fun": lambda t, y: [1.0]}, {"fun": lambda t, y: 1.0}],
-    "returned NoneType": [{"fun": lambda t, y: None}],
+    "1 value for a state of 2": [{"fun": lambda t, y: [1.0]}, {"fun": lambda t, y: 1.0}],
+    "returned None": [{"fun": lambda t, y: None}],
     "must return 2 numbers": [{"fun": lambda t, y: ["a", "b"]}],
     "complex": [{"fun": lambda t, y: [1j, 2.0]}],
 }
@@ -152,7 +153,7 @@ def to_one(t, y):
 
 def test_failures_say_why_and_where():
     r = fastdyn.solve_ivp(late_nan, (0, 1), [0.0])
-    assert r.status == -1 and "returns nan or inf just after t = 0.5" in r.message
+    assert r.status == -1 and "returns nan or inf at all times after t = 0.5" in r.message
     r = fastdyn.solve_ivp(square, (0, 2), [1.0], rtol=1e-8)
     assert r.status == -1 and f"blows up at t = {r.t[-1]:.10g}" in r.message
     r = fastdyn.solve_ivp(to_one, (0, 3), [0.0], "Radau", rtol=1e-12, atol=1e-17)

@@ -53,7 +53,7 @@ def test_full_matrices_that_no_memory_holds_are_refused_with_a_sentence(method, 
         fastdyn.solve_ivp(all_with_all, (0, 0.5), np.ones(100_000), method)
 
 
-@pytest.mark.parametrize("method", ["Radau", "BDF", "Rodas5P"])
+@pytest.mark.parametrize("method", ["Radau", "BDF", "LSODA", "Rodas5P"])
 def test_the_pattern_of_long_states_is_found(method):
     result = fastdyn.solve_ivp(decay, (0, 0.5), np.ones(100_000), method)
     assert abs(result.y[:, -1] - EXACT).max() < 1e-3
@@ -67,6 +67,15 @@ def test_sparse_matrices_have_any_size(method):
     result = fastdyn.solve_ivp(diffusion, (0, 0.5), y0, method, jac_sparsity=pattern)
     expected = fastdyn.solve_ivp(diffusion, (0, 0.5), y0, "DOP853", rtol=1e-9, atol=1e-9)
     assert abs(result.y[:, -1] - expected.y[:, -1]).max() < 1e-2
+
+
+def test_lsoda_takes_the_band_from_the_trace():
+    y0 = np.sin(np.arange(100_000))
+    given = {"fun": diffusion, "t_span": (0, 0.5), "y0": y0, "method": "LSODA"}
+    given |= {"rtol": 1e-6, "atol": 1e-9}
+    found, theirs = fastdyn.solve_ivp(**given), scipy.integrate.solve_ivp(**given, lband=1, uband=1)
+    assert found.njev <= theirs.njev + 2 and found.nfev <= theirs.nfev + 10
+    np.testing.assert_allclose(found.y[:, -1], theirs.y[:, -1], 0, 1e-5)
 
 
 def test_a_band_of_lsoda_has_any_size():

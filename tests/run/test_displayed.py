@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -61,13 +62,41 @@ def test_what_is_public_says_in_a_line_what_it_is(displayed):
 @pytest.mark.parametrize("name", ["result", "run", "ensemble", "study", "analysis"])
 def test_notebooks_show_a_table_and_a_picture(name, displayed):
     shown = displayed[name]._repr_html_()
-    assert shown.startswith("<pre>") and shown.count("<img ") == 1
+    assert shown.startswith("<pre") and shown.count("<img ") == 1
     assert "<Study" not in shown
 
 
+def cells(shown):
+    """What a notebook shows, without the alignment of cells."""
+    return re.sub(r' style="text-align: left"', "", shown._repr_html_())
+
+
 def test_a_system_is_a_table_in_notebooks():
-    shown = SATELLITE._repr_html_()
+    shown = cells(SATELLITE)
+    assert "Satellite orbit (satellite)" in shown
+    assert "<tr><th>parameter</th><th>value</th><th>unit</th><th>meaning</th></tr>" in shown
     assert "<td>V</td><td>1.2</td><td>m/s</td><td>speed at launch" in shown
+    assert shown.count("<img ") == 1  # the start, which needs no solve
+    points = cells(systems.projectile())
+    assert "<img" not in points and "<td>vz0</td>" in points
+
+
+def test_a_prepared_solver_is_a_table_in_notebooks():
+    shown = cells(fastdyn.prepare(decay, SPAN, START, rtol=1e-6))
+    for name, value in (("function", "decay"), ("method", "RK45"), ("t", "0 to 1"),
+                        ("rtol", "1e-06"), ("args", "()")):  # fmt: skip
+        assert f"<td>{name}</td><td>{value}</td>" in shown
+    steps = fastdyn.prepare(decay, SPAN, START, method="RK4", step=0.1)
+    assert "<td>step</td><td>0.1</td>" in cells(steps)
+
+    def adding(t, y, d):
+        return [-y[0], d[0]]
+
+    kept = fastdyn.prepare(
+        adding, SPAN, START, discrete=[1.0], every=0.5, on_event=lambda t, y, d: (y, d + 1)
+    )
+    assert repr(kept) == "<Prepared with 1 discrete: RK45, t = 0 to 1, 3 components>"
+    assert "<td>function</td>" in cells(kept)
 
 
 def test_nothing_to_draw_is_no_picture():

@@ -31,6 +31,7 @@ def refill(t, y):
     return [4.0 * y[0], 17.0]  # z is a guess, and what the action says of it does not count
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("method", TAKE)
 def test_an_action_holds_x_and_solves_for_z(method):
     run = solve_ivp(

@@ -1,11 +1,13 @@
 """method="auto": what it takes, and what it says of it."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
 
-from fastdyn import solve_ivp
+from fastdyn import StiffnessWarning, solve_ivp
+from fastdyn.compile import memory
 from fastdyn.run import loop
 from support.stiff import hires
 
@@ -195,3 +197,46 @@ def test_an_exception_of_all_methods_is_told():
 
     with pytest.raises(ValueError, match="beyond the data"):
         solve_ivp(known_for_a_while, (0, 5), [1.0], "auto")
+
+
+def test_what_begins_anew_warns_once():
+    kept = [0.0]
+
+    def counting(t, y):
+        kept[0] += 1e-9 * y[0]
+        return [-1e5 * (y[0] - np.cos(t)) + kept[0]]
+
+    def hit(t, y):
+        return y[0] - 0.5
+
+    hit.Terminal = True
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        found = solve_ivp(
+            counting, (0, 2), [0.0], method="auto", events=hit, breakpoints=[50.0], rtoll=1.0
+        )
+    said = [str(one.message) for one in heard]
+    assert found.method == "Radau" and len(said) == len({*said}) >= 5
+    assert any("keeps `kept[0]`" in one for one in said)
+    assert any("`Terminal`" in one for one in said)
+    with pytest.warns(UserWarning, match="rtoll"):  # the next call is told again
+        solve_ivp(pendulum, (0, 1e-3), [0.0, 0.0], method="auto", rtoll=1.0)
+
+
+def test_no_sentence_recommends_what_was_taken_already():
+    def grows(t, y):
+        return [-1e4 * (y[0] - np.cos(t)), y[1] ** 2]
+
+    def slides(t, y):
+        return [-1.0 if y[0] > 0.0 else 1.0, 1.0]
+
+    auto, pair = (
+        solve_ivp(grows, (0, 2), [0.0, 50.0], method=method).message for method in ("auto", "Tsit5")
+    )
+    assert "the problem is stiff; take Radau." in pair
+    assert "the problem is stiff. Radau failed, too." in auto
+    for method, words in (("auto", "other. Give an event"), ("Tsit5", "Take method='auto'")):
+        memory.forget()
+        with pytest.warns(StiffnessWarning) as heard:
+            solve_ivp(slides, (0, 2), [0.5, 0.0], method=method, callback=lambda solver: None)
+        assert words in str(heard[0].message)

@@ -142,7 +142,7 @@ def test_breakpoints_with_events_chunks_and_the_two_tiers(monkeypatch):
         ({"project": 3}, ValueError, "`project` must be a function"),
         ({"project": lambda t, y: y, "method": OdeSolver}, ValueError, "`project` is for compiled"),
         ({"project": lambda t, y: [1.0, 2.0]}, ValueError, "2 values for a state of 1"),
-        ({"project": lambda t, y: None}, TypeError, "NoneType"),
+        ({"project": lambda t, y: None}, TypeError, "returned None"),
     ],
 )
 def test_wrong_breakpoints_and_projections_get_a_sentence(options, error, sentence):

@@ -90,7 +90,7 @@ def test_what_has_none_is_refused():
     given = {"args": (4.0,), "error_estimate": True}
     with pytest.raises(ValueError, match="`rtol` of at least 1e-12"):
         solve_ivp(oscillator, (0, 1), [1.0, 0.0], rtol=1e-13, **given)
-    with pytest.raises(ValueError, match="jump at different"):
+    with pytest.raises(ValueError, match="jump at different times"):
         solve_ivp(
             oscillator, (0, 1), [1.0, 0.0], events=lambda t, y, k: y[0],
             on_event=lambda t, y, k: -y, **given,

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
+import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.solve import by_method
 from tests.support.impacts import marked
@@ -223,3 +224,20 @@ def test_repeated_calls_have_the_results_of_first_ones(monkeypatch):
     assert solve(terminal=True)[0].shape == first[6][0].shape
     monkeypatch.setattr(by_method, "solve_with_sensitivities", never)
     assert len(solve(k=2.5)[3]) == 1
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_derivatives_stand_at_the_place_of_their_event(first):
+    """A schedule does not move, whether it stands before or behind an event that does."""
+
+    def ramp(t, y, k):
+        return [k]
+
+    def limit(t, y, k):
+        return y[0] - 1.0
+
+    events = [fastdyn.at([0.25]), limit] if first else [limit, fastdyn.at([0.25])]
+    r = solve_ivp(ramp, (0, 2), [0.0], args=(2.0,), events=events, sensitivity="k", **TIGHT)
+    moves, stays = r.event_sensitivity[::-1] if first else r.event_sensitivity
+    assert np.allclose(moves.t["k"], -0.25, rtol=1e-9)  # of 1 / k
+    assert stays.t["k"] == 0.0 and np.allclose(stays.y["k"], 0.25)

@@ -169,7 +169,7 @@ SENTENCES = [
     ({"every": None}, ValueError, "there are 0 events"),
     ({"on_event": lambda t, y, d: y}, ValueError, r"must return \(y, d\), 2 and 1 numbers"),
     ({"on_event": lambda t, y, d: (y, [1.0, 2.0])}, ValueError, "of 2 and 2"),
-    ({"fun": lambda t, y, d: [1.0]}, ValueError, "1 values for a state of 2"),
+    ({"fun": lambda t, y, d: [1.0]}, ValueError, "1 value for a state of 2"),
     ({"method": "VelocityVerlet", "step": 0.1}, ValueError, "takes no `discrete`"),
     ({"vectorized": True}, ValueError, "vectorized"),
     ({"method": "LSODA", "lband": 1}, ValueError, "lband"),

@@ -38,6 +38,17 @@ def robertson(t, y):
     return [first, -first - second, second]
 
 
+@pytest.mark.parametrize(
+    "rtol, atol",
+    [(1e-2, 1e-4), (1e-4, 1e-6), (1e-3, 1e-5), (1e-2, 1e-3), (1e-1, 1e-3), (1e-5, 1e-5)],
+)
+def test_lsoda_begins_anew_with_steps_short_enough(rtol, atol):
+    given = {"method": "LSODA", "rtol": rtol, "atol": atol, "nonnegative": True}
+    found = solve_ivp(robertson, (0, 4e10), [1.0, 0, 0], **given)
+    assert found.status == 0 and found.y.min() >= 0.0
+    assert found.y[:, -1] == pytest.approx([0, 0, 1], abs=1e-3)
+
+
 @pytest.mark.parametrize("method", ("Radau", "BDF", "Rodas5P"))
 def test_robertson_at_loose_tolerances(method):
     """Without the option, a small negative y_2 grows beyond all bounds (SciPy: -1e6)."""

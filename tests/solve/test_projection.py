@@ -15,11 +15,14 @@ ADAPTIVE = [name for name, m in METHODS.items() if m.error_order and m.projects]
 EPS = np.finfo(float).eps
 
 
-def test_verlet_takes_no_projection():
-    with pytest.raises(ValueError, match="VelocityVerlet does not take `project`"):
+@pytest.mark.parametrize("method, options", [("VelocityVerlet", {"step": 0.1}), ("BDF", {})])
+def test_methods_without_projection_are_told_those_that_have_it(method, options):
+    others = [name for name, m in METHODS.items() if m.error_order and not m.projects]
+    assert others == ["BDF", "LSODA"]
+    with pytest.raises(ValueError, match=f"{method} does not .*, except for BDF and LSODA"):
         solve_ivp(
-            lambda t, y: [y[1], -y[0]], (0, 1), [1.0, 0.0], "VelocityVerlet", step=0.1,
-            project=lambda t, y: y,
+            lambda t, y: [y[1], -y[0]], (0, 1), [1.0, 0.0], method, project=lambda t, y: y,
+            **options,
         )  # fmt: skip
 
 

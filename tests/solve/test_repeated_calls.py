@@ -148,6 +148,7 @@ def test_too_low_a_tolerance_warns_each_time():
             solve_ivp(pendulum, (0, 1), START, rtol=1e-20)
 
 
+@pytest.mark.hunt
 def test_long_solves_and_failures():
     for method in ("RK45", "Taylor"):
         warm(solve_ivp, pendulum, (0.0, 1.0), START, method)

@@ -151,7 +151,7 @@ def test_nystrom_methods_are_refused(name):
     [
         (lambda s: s(fine, lambda t, q: [q[0], 1.0]), ValueError, "`force` returned 2 values"),
         (lambda s: s(lambda t, p: [], fine), ValueError, "`velocity` returned 0 values"),
-        (lambda s: s(lambda t, p: None, fine), TypeError, "`velocity` returned NoneType"),
+        (lambda s: s(lambda t, p: None, fine), TypeError, "`velocity` returned None"),
         (lambda s: s(fine, lambda t, q: [1j]), TypeError, "`force` returned complex"),
         (lambda s: s(fine, lambda t, q: ["a"]), ValueError, "`force` returned"),
         (lambda s: s(fine, None), TypeError, "two functions, `velocity` and `force`"),

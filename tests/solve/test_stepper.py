@@ -1,11 +1,13 @@
 """A Stepper takes the steps of solve_ivp, in SciPy's shape; a callback sees each of them."""
 
+import copy
+
 import numpy as np
 import pytest
 import scipy.integrate
 
 import fastdyn
-from fastdyn import Stepper, solve_ivp
+from fastdyn import Stepper, every, solve_ivp
 
 START = [0.5, 0.0]
 EPS = np.finfo(float).eps
@@ -201,3 +203,131 @@ def test_what_a_callback_raises():
         solve_ivp(pendulum, (0, 2), START, callback=callback)
     with pytest.raises(TypeError, match="callback"):
         solve_ivp(pendulum, (0, 2), START, callback=3)
+
+
+def ball(t, y, g):
+    return [y[1], -g]
+
+
+def ground(t, y, g):
+    return y[0]
+
+
+def top(t, y, g):
+    return y[1]
+
+
+def bounce(t, y, g):
+    return [0.0, -0.9 * y[1]]
+
+
+def kick(t, y, g):
+    return [y[0], y[1] + 0.1]
+
+
+def lands(t, y, g):
+    return y[0]
+
+
+ground.direction = top.direction = -1
+lands.terminal = True
+ACTING = {
+    "events": {"events": [ground, top], "on_event": [bounce, None]},
+    "schedules": {"events": ground, "on_event": [bounce, kick, None], "every": 0.3, "at": [0.31]},
+    "schedule at the start": {"events": every(0.5), "on_event": kick},
+    "terminal": {"events": lands},
+}
+
+
+@pytest.mark.parametrize("copied", [False, True])
+@pytest.mark.parametrize("method", ["RK45", "Radau", "RK4"])
+@pytest.mark.parametrize("name", ACTING)
+def test_events_and_schedules_act_between_the_steps(name, method, copied):
+    """Where solve_ivp has a time twice, the state is the later; copied, the steps are the same."""
+    given = {**ACTING[name], "args": (9.81,), **({"step": 0.03} if method == "RK4" else TIGHT)}
+    expected = solve_ivp(ball, (0, 2), [1.0, 0.0], method, dense_output=True, **given)
+    stepper = Stepper(ball, 0, [1.0, 0.0], 2, method=method, **given)
+    t, y = [stepper.t], [stepper.y]
+    while stepper.status == "running":
+        assert stepper.step() is None
+        if copied:
+            stepper = copy.deepcopy(stepper)
+        t.append(stepper.t)
+        y.append(stepper.y.copy())
+        if not copied and t[-1] > t[-2]:
+            times = np.linspace(t[-2], t[-1], 5)[1:-1]
+            assert np.array_equal(stepper.interpolate(times), expected.sol(times))
+    last = np.r_[np.diff(expected.t) != 0, True]
+    assert np.array_equal(t, expected.t[last])
+    assert np.array_equal(np.transpose(y), expected.y[:, last])
+    for mine, whole in (
+        (stepper.t_events, expected.t_events),
+        (stepper.y_events, expected.y_events),
+    ):
+        assert all(map(np.array_equal, mine, whole))
+    assert stepper.n_accepted == expected.n_accepted
+
+
+def test_discrete_states_and_breakpoints():
+    def held(t, y, d):
+        return [d[0] - y[0]]
+
+    def sample(t, y, d):
+        return y, [float(y[0] < 0.5)]
+
+    given = {"discrete": [1.0], "every": 0.25, "on_event": sample}
+    expected, stepper = solve_ivp(held, (0, 3), [0.0], **given), Stepper(held, 0, [0.0], 3, **given)
+    t, y = steps_of(stepper)
+    last = np.r_[np.diff(expected.t) != 0, True]
+    assert np.array_equal(t, expected.t[last]) and np.array_equal(y, expected.y[:, last])
+    assert stepper.discrete.shape == stepper.y.shape == (1,) and stepper.n == 1
+    assert stepper.discrete == expected.discrete[:, -1]
+
+    def doubled(t, y):
+        return [1.0 if t < 1 else 2.0]
+
+    t, y = steps_of(Stepper(doubled, 0, [0.0], 3, breakpoints=[1.0]))
+    assert 1.0 in t and np.abs(y[0, t >= 1] - 2 * t[t >= 1] + 1).max() <= 1e-13
+
+
+def test_outside_values_change_while_events_act():
+    """The code is made anew for another whole number; events and their counts go on."""
+    power = [1]
+
+    def fun(t, y, g):
+        return [y[1], -g * power[0]]
+
+    def fifth(t, y, g):
+        return y[0]
+
+    fifth.direction, fifth.terminal = -1, 5
+    given = {"events": [fifth, top], "on_event": [bounce, None], "args": (9.81,), **TIGHT}
+    stepper = Stepper(fun, 0, [1.0, 0.0], 3, **given)
+    while stepper.t < 1:
+        stepper.step()
+    power[0], fifth.terminal = 2, False
+    after = solve_ivp(fun, (stepper.t, 3), stepper.y, **given)
+    known = [len(each) for each in stepper.t_events]
+    while stepper.status == "running":
+        stepper.step()
+    assert known[0] > 0 and len(stepper.t_events[0]) == 5 and stepper.t < 3
+    for mine, whole, n in zip(stepper.t_events, after.t_events, known, strict=True):
+        found = mine[n:]  # the first step still begins with the slope of before
+        assert len(found) > 1 and np.abs(found - whole[: len(found)]).max() <= 1e-3
+
+
+@pytest.mark.parametrize("end", [0.9, 1.0, 1.05])
+@pytest.mark.parametrize("method", ["RK4", "Gauss4"])
+def test_the_discrete_states_stay_where_a_constant_step_leads_beyond_the_end(method, end):
+    def fun(t, y, d):
+        return [d[0] - y[0]]
+
+    given = {
+        "step": 0.3, "discrete": [0.5], "every": 0.5, "on_event": lambda t, y, d: (y, [d[0] + 1]),
+    }  # fmt: skip
+    steps = Stepper(fun, 0.0, [1.0], end, method=method, **given)
+    while steps.status == "running":
+        steps.step()
+    run = solve_ivp(fun, (0.0, end), [1.0], method, **given)
+    assert np.array_equal(steps.discrete, run.discrete[:, -1])
+    assert np.array_equal(steps.y, run.y[:, -1])

@@ -49,7 +49,7 @@ def test_the_tangent_map_is_symplectic_and_that_of_the_steps(name):
         dense_output=True,
         **given,
     )
-    plain = solve_ivp(henon_heiles, (0, 3), y0, args=(k, c), **given)
+    plain = solve_ivp(henon_heiles, (0, 3), y0, args=(k, c), dense_output=True, **given)
     assert np.abs(r.y - plain.y).max() < 1e-14
     assert r.nfev == plain.nfev or name.startswith("Gauss")  # S converges later than the state
     assert np.allclose(r.sol(1.0), r.y[:, 0], atol=1e-6)

@@ -52,3 +52,17 @@ def gradient(fun, steps, y0, args, method, t_eval, g, which):
         y = replayed(fun, steps, own[0], given, method, t_eval)
         found.append((g * y).sum().imag / TINY)
     return np.array(found)
+
+
+def by_complex_steps(number, y0, args):
+    """The derivatives of ``number(*y0, *args)`` by each of its arguments."""
+    values, found = [*y0, *args], []
+    for i in range(len(values)):
+        moved = [v + (1j * TINY if i == j else 0.0) for j, v in enumerate(values)]
+        found.append(number(*moved).imag / TINY)
+    return np.array(found)
+
+
+def flat(found):
+    """The numbers of a dict of arrays."""
+    return np.concatenate([np.ravel(v) for v in found.values()])

@@ -55,3 +55,19 @@ def marked(function, **attributes):
 
     vars(event).update(vars(function), **attributes)
     return event
+
+
+def flight(t, h, v, g, e):
+    """Height, speed, and the times of impacts, of a ball thrown up; real or complex numbers."""
+    heights, speeds, impacts, begin = [], [], [], 0.0
+    for time in t:
+        while True:
+            end = begin + (v + (v * v + 2 * g * h) ** 0.5) / g
+            if end.real > time:
+                break
+            impacts.append(end)
+            begin, h, v = end, 0.0, -e * (v - g * (end - begin))
+        s = time - begin
+        heights.append(h + v * s - 0.5 * g * s * s)
+        speeds.append(v - g * s)
+    return np.array([heights, speeds]), np.array(impacts)

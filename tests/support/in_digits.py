@@ -4,8 +4,8 @@ import mpmath
 import numpy as np
 from mpmath import mp
 
-from fastdyn.operations import OPERATIONS
 from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.operations import OPERATIONS
 
 DIGITS, STEP = 60, "1e-20"
 FUNCTIONS = {

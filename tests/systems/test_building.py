@@ -26,8 +26,8 @@ def test_without_an_earthquake_the_building_stands_still_and_the_printed_one_doe
 
 def test_building_shakes_most_at_its_frequencies():
     t = np.linspace(0.0, 20.0, 4001)
-    sway = {w: np.ptp(building(omega=w).exact(t)[1]) for w in (4.0, 8.74, 15.0, 22.882, 29.0)}
-    assert min(sway[8.74], sway[22.882]) > 5.0 * max(sway[4.0], sway[15.0], sway[29.0])
+    travel = {w: np.ptp(building(omega=w).exact(t)[1]) for w in (4.0, 8.74, 15.0, 22.882, 29.0)}
+    assert min(travel[8.74], travel[22.882]) > 5.0 * max(travel[4.0], travel[15.0], travel[29.0])
 
 
 def test_accelerations_are_integrated_exactly():

@@ -66,7 +66,7 @@ def test_a_cable_is_exact_where_it_stays_taut_and_refuses_what_it_cannot():
         cable().solve().error()
     with pytest.raises(ValueError, match="one by one"):
         cable().ensemble(V0=np.ones(3))
-    with pytest.raises(ValueError, match="always its own"):
+    with pytest.raises(ValueError, match="always projects onto"):
         cable().solve(project=lambda t, w, g, l, m: w)  # noqa: E741
 
 

@@ -116,6 +116,7 @@ def test_invariants_are_constant_along_the_exact_solution(system):
         assert np.ptp(values) <= 1000 * EPS * np.abs(values).max()
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("system", ALL, ids=str)
 def test_functions_of_the_state_compile_and_agree_with_python(system):
     y = np.array(system.initial_state()) + 0.1

@@ -48,6 +48,7 @@ def test_a_short_schedule_is_compiled():
         np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-9)
 
 
+@pytest.mark.hunt
 def test_a_long_schedule_runs_in_python():
     fun, _ = scheduled(np.arange(3.0, 60.0, 4.0))
     with pytest.warns(fastdyn.CompileWarning, match="it decides in too many ways"):

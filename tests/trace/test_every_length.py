@@ -189,6 +189,7 @@ def agree(compiled, f, n, seed, tolerance):
     np.testing.assert_allclose(compiled(0.3, y), f(0.3, y), rtol=tolerance, atol=tolerance)
 
 
+@pytest.mark.few(24)
 @pytest.mark.parametrize("expression", EXPRESSIONS)
 def test_an_expression_is_taken_at_every_length_or_at_none(expression):
     f, taken = numbers(expression), {}

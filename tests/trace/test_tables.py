@@ -106,6 +106,7 @@ def _written(copy, t, y):
     return copy[2:4] + copy[7] - y
 
 
+@pytest.mark.few(19)
 @pytest.mark.parametrize("name", USES)
 def test_as_python_has_it(name):
     agrees(USES[name])
@@ -166,6 +167,7 @@ def test_an_index_outside():
     agrees(caught)
 
 
+@pytest.mark.hunt
 @pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_knots_that_fall_later():
     knots = np.linspace(0.0, 1.0, 50)

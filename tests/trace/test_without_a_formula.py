@@ -25,7 +25,7 @@ LU = scipy.linalg.lu_factor(MASS)
 SPARSE_LU = scipy.sparse.linalg.splu(scipy.sparse.csc_array(MASS))
 BAND = np.vstack([np.full(N, -0.25), np.full(N, 1.5), np.full(N, -0.25)])
 SURFACE = scipy.interpolate.RectBivariateSpline(GRID, GRID, np.outer(GRID, GRID**2))
-TABLE = scipy.interpolate.RegularGridInterpolator((GRID, GRID), np.outer(GRID, GRID**2))
+TABLE = scipy.interpolate.RegularGridInterpolator((GRID, GRID), np.outer(GRID, GRID**2), "pchip")
 DELAY = scipy.stats.gamma(a=4.0, scale=1.5)
 
 
@@ -48,8 +48,8 @@ PAIRS = {  # of two numbers
 OBJECTS = {  # whose methods are called: (type, function of two numbers)
     "splu": ("SuperLU", lambda t, y: SPARSE_LU.solve(np.sin(np.resize(y, N)))[:2] - y),
     "surface": (
-        "RectBivariateSpline",
-        lambda t, y: [SURFACE.ev(y[0] ** 2, t / 9), -y[1] - SURFACE.ev(0.2, 0.3, dx=1)],
+        "BivariateSpline",
+        lambda t, y: [SURFACE([y[0] ** 2, y[0] ** 2 + 0.1], 0.2)[0, 0], -y[1]],
     ),
     "table": ("RegularGridInterpolator", lambda t, y: [TABLE([[t / 9, y[1] ** 2]])[0], -y[1]]),
     "distribution": ("rv_continuous_frozen", lambda t, y: [DELAY.pdf(t) - y[0], -y[1]]),

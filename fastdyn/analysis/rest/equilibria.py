@@ -8,7 +8,8 @@ from scipy.optimize import root
 from scipy.stats import qmc
 
 from fastdyn.plot.displayed import Displayed
-from fastdyn.problem.options.calls import shown_when_wrong
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from ..equations import Equations, box_of, count, equations_of, state_of
 from .linear import Linearisation, at_rest, linearised
@@ -61,7 +62,7 @@ class Equilibria(Displayed):
         Parameters
         ----------
         **options
-            Options of ``matplotlib.pyplot.figure``.
+            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
 
         Returns
         -------
@@ -72,7 +73,7 @@ class Equilibria(Displayed):
         return eigenvalues(self, **options)
 
 
-@shown_when_wrong()
+@shown_when_wrong(guesses=kinds.array, t=kinds.number)
 def equilibria(fun, box=None, guesses=None, args=(), t=0.0, n_starts=200):
     """Search for states at which f(t, y) = 0.
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot.displayed import Displayed
-from fastdyn.problem.options.calls import shown_when_wrong
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from ..equations import Derivatives, Equations, equations_of, state_of
 from .kinds import kind_of, not_differentiable, vanishing
@@ -133,7 +134,7 @@ class Linearisation(Displayed):
         return figure(self, **options)
 
 
-@shown_when_wrong()
+@shown_when_wrong(t=kinds.number)
 def linearise(fun, y=None, args=(), t=0.0):
     """Linearise equations at a state.
 

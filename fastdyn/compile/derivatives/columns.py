@@ -12,7 +12,6 @@ import hashlib
 import numpy as np
 from llvmlite import ir
 
-from fastdyn.trace.emit.loops import BYTES, ON_STACK, VOID
 from fastdyn.trace.emit.memory import WIDTH, Memory
 from fastdyn.trace.emit.numbers import INDEX, REAL, WORD
 
@@ -65,19 +64,11 @@ class Columns(Traced):
 
     def _emit(self, body, b, t, y, n, block, out):
         """Emit the pointer form around the code `body` of the factors."""
-        size, memory = self._factors.n_stored, Memory(b)
-        heap = None
-        if size <= ON_STACK:
-            room = b.alloca(ir.ArrayType(REAL, size))
-            room.align = 64
-        else:
-            room = heap = b.call(_declared(b.module, "malloc", [WORD], BYTES), [WORD(8 * size)])
-        factors = b.bitcast(room, REAL.as_pointer())
-        body(b, t, y, n, block, factors)
-        self._products(memory, factors, y, out)
-        self._add_by_parameters(memory, factors, out)
-        if heap is not None:
-            b.call(_declared(b.module, "free", [BYTES], VOID), [heap])
+        memory = Memory(b)
+        with memory.room(self._factors.n_stored) as factors:
+            body(b, t, y, n, block, factors)
+            self._products(memory, factors, y, out)
+            self._add_by_parameters(memory, factors, out)
 
     def _products(self, memory, factors, y, out):
         """Emit f, and df/dy S: one loop for all rows that have as many terms."""
@@ -162,7 +153,3 @@ def _splat(b, value, width):
     none = ir.Constant(ir.VectorType(REAL, width), ir.Undefined)
     zeros = ir.Constant(ir.VectorType(INDEX, width), [0] * width)
     return b.shuffle_vector(b.insert_element(none, value, INDEX(0)), none, zeros)
-
-
-def _declared(module, name, args, result):
-    return module.globals.get(name) or ir.Function(module, ir.FunctionType(result, args), name)

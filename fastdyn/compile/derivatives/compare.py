@@ -1,9 +1,9 @@
 """Compares the code of derivatives with differences of the function, at states of a solution.
 
 The derivative along one vector is compared; the components of the vector are random, so that each
-element of the Jacobian contributes.  States are moved away from kinks, because a kink has several
-derivatives.  The differences have several step lengths, because a function may oscillate within a
-step.
+element of the Jacobian contributes.  States and times are moved away from kinks, because a kink has
+several derivatives.  The differences have several step lengths, because a function may oscillate
+within a step.
 """
 
 import numpy as np
@@ -14,7 +14,6 @@ from fastdyn.trace.reads.reads import flat
 
 from ..compare import Different, agree, called, machine_value, python_value
 from ..function_convention import call, code_at
-from ..mode import DERIVATIVE
 from ..python_callback import evaluate as evaluated
 from .sensitivities import DECISIONS
 
@@ -23,7 +22,9 @@ EPS = np.finfo(float).eps
 NOISE = 1e3 * EPS  # rounding of a difference, relative to its terms
 HIDDEN = 10 * EPS  # rounding of a function, relative to the largest number in its evaluation
 STEPS = EPS ** (1 / 3) * np.array([1.0, 0.1, 0.01])
-ASIDE = 1e-3  # share of a component by which a state is moved from a kink on which it may lie
+# The share of a component, and of the span, by which a state and a time are moved from a kink on
+# which they may lie; steps end at the knots of tables.
+ASIDE = 1e-3
 TINY = np.finfo(float).tiny
 SMALLEST = 1e-4  # least size of a component, as a share of its largest size along the solution
 MOST, FEWEST = 3, 2  # number of compared states; least number of states that must differ
@@ -54,6 +55,7 @@ def compare_sensitivities(bound, equations, args, times, states):
     args : tuple
     times, states : sequences
         The states include the sensitivities; of q'' = a(t, q), their first halves are compared.
+        Those of a residual include y' and S', and the residual of S is compared.
     """
     states = [each[: bound.n] for each in states]
     _compare(bound, times, states, lambda *at: _of_solution(bound, equations, args, *at))
@@ -61,6 +63,7 @@ def compare_sensitivities(bound, equations, args, times, states):
 
 def compare_vjp(product, fun, args, times, states):
     """Raise OtherDerivative if k J of a `vjp.Product` contradicts differences of ``fun(t, y)``."""
+    states = [each[: product.n] for each in states]
     _compare(product.bound, times, states, lambda *at: _of_product(product, fun, args, *at))
 
 
@@ -74,10 +77,11 @@ def _compare(bound, times, states, derivative):
     """
     rng, wrong, tried = np.random.default_rng(1), [], 0
     largest = np.abs(states).max(axis=0) if len(states) else 0.0
-    span = abs(times[0] - times[-1]) if len(times) else 0.0
+    span = times[-1] - times[0] if len(times) else 0.0
     for i in np.unique(np.linspace(0, len(times) - 1, MOST).astype(int)) if len(times) else ():
-        t, y = times[i], np.array(states[i])
-        found = derivative(t, y, np.maximum(np.abs(y), SMALLEST * largest), span, rng)
+        inwards = ASIDE * span if i < len(times) - 1 else -ASIDE * span
+        t, y = times[i] + inwards * rng.uniform(0.1, 1.0), np.array(states[i])
+        found = derivative(t, y, np.maximum(np.abs(y), SMALLEST * largest), abs(span), rng)
         if found is None:
             continue
         tried += 1
@@ -111,21 +115,24 @@ def _of_solution(bound, equations, args, t, z, sizes, span, rng):
     state, moves by more than its size.
     """
     n, m = equations.n, equations.n_directions
-    z = np.concatenate([z[:n] + ASIDE * sizes[:n] * rng.uniform(-1.0, 1.0, n), z[n:]])
+    own, columns = equations.parts(z)
+    sizes, _ = equations.parts(sizes)
+    own = own + ASIDE * sizes * rng.uniform(-1.0, 1.0, len(own))
+    z = equations.joined(own, columns)
     real, rates = python_value(bound, t, z), machine_value(bound, t, z)
     if isinstance(real, Exception) or rates is None:
         return None
     if not agree(bound, real, np.concatenate([rates[:n], real[n:]]), t, z):
         raise Different(bound, t, z[:n], real[:n], rates[:n])
-    columns, slopes = z[n:].reshape(n, m), rates[n:].reshape(n, m)
-    most = np.where(columns == 0.0, np.inf, sizes[:n, None] / np.abs(columns)).min(axis=0)
+    slopes = rates[n : n + n * m].reshape(n, m)
+    most = np.where(columns == 0.0, np.inf, sizes[:, None] / np.abs(columns)).min(axis=0)
     w = np.minimum(most, _sizes(equations.directions, equations.n_start, args)) * rng.uniform(
         0.1, 1.0, m
     )
     w[~np.isfinite(w)] = 0.0
 
     def at(h):
-        moved = np.concatenate([z[:n] + h * (columns @ w), z[n:]])
+        moved = equations.joined(own + h * (columns @ w), columns)
         try:
             return equations(
                 t, moved, *_moved(equations.directions, equations.n_start, args, h * w)
@@ -142,7 +149,7 @@ def _of_product(product, fun, args, t, y, sizes, span, rng):
     y = y + ASIDE * sizes * rng.uniform(-1.0, 1.0, n)
     k = rng.uniform(0.1, 1.0, n) * rng.choice([-1.0, 1.0], n)
     try:
-        rates = evaluated(_with(fun, args), DERIVATIVE, t, y.copy())
+        rates = evaluated(_with(fun, args), product.mode, t, y.copy())
     except Exception:
         return None
     k /= np.maximum(np.abs(rates), SMALLEST * np.abs(rates).max()) + TINY
@@ -156,7 +163,7 @@ def _of_product(product, fun, args, t, y, sizes, span, rng):
     def at(h):
         moved = _moved(product.positions, n, args, h * w)
         try:
-            return np.array([k @ evaluated(_with(fun, moved), DERIVATIVE, t, y + h * v[:n])])
+            return np.array([k @ evaluated(_with(fun, moved), product.mode, t, y + h * v[:n])])
         except Exception:
             return None
 

@@ -1,4 +1,7 @@
-"""Derivatives of the times of events: g(t, y(t, p), p) = 0 differentiated along the solution."""
+"""Derivatives of the times of events: g(t, y(t, p), p) = 0 differentiated along the solution.
+
+And derivatives of functions in numbers.
+"""
 
 import numpy as np
 
@@ -29,20 +32,10 @@ def time_derivatives(event, args, near, directions, occurrences):
         Times (k,), states (n, k), their rates f (n, k), S before the event (n, m, k).
     """
     t, y, rate, s = occurrences
-    positions = tuple(sorted({j for j in directions if j}))
-    found = traced_function(event, args, EVENT, len(near.y0), near, positions)
+    found = slopes(event, args, EVENT, near, directions, t, y)
     if found is None:
         return None
-    function, values, at = found
-    groups = tuple([at[j - 1] if j else None for j in directions])
-    try:
-        inputs, nodes = function.derived(
-            ("gradient", groups), lambda: _gradient(function.traced, groups, len(near.y0))
-        )
-    except Untraceable:
-        return None
-    graph, numbers = function.traced.trace.graph, flat([value for _, value in values])
-    by_input = dict(zip(inputs, evaluate(graph, nodes, t, y, numbers)[0], strict=True))
+    (by_input,) = found
     crossing, moved = by_input.pop("t", 0.0), np.zeros(s.shape[1:])
     for (kind, i), gradient in by_input.items():
         if kind == "y":
@@ -54,17 +47,38 @@ def time_derivatives(event, args, near, directions, occurrences):
         return -moved / crossing
 
 
-def _gradient(traced, groups, n):
-    """The inputs on which an event depends, and the nodes of its derivatives by these inputs.
+def slopes(fun, args, mode, near, directions, t, y):
+    """The derivatives of each result at k times and states (n, k), as a dict by the inputs.
 
-    The inputs are "t", ("y", component) and ("parameter", direction).
+    The inputs are "t", ("y", component) and ("parameter", direction); the values have shape (k,),
+    and zeros are left out.  None if the function cannot be traced or differentiated.
     """
+    positions = tuple(sorted({j for j in directions if j}))
+    found = traced_function(fun, args, mode, len(near.y0), near, positions)
+    if found is None:
+        return None
+    function, values, at = found
+    groups = tuple([at[j - 1] if j else None for j in directions])
+    try:
+        rows = function.derived(
+            ("gradient", groups), lambda: _gradient(function.traced, groups, len(near.y0))
+        )
+    except Untraceable:
+        return None
+    graph, numbers = function.traced.trace.graph, flat([value for _, value in values])
+    nodes = [node for row in rows for node in row.values()]
+    each = iter(evaluate(graph, nodes, t, y, numbers)[0])
+    return [{name: next(each) for name in row} for row in rows]
+
+
+def _gradient(traced, groups, n):
+    """The nodes of the derivatives of each result of a function, by the inputs of `slopes`."""
     graph = traced.trace.graph
     inputs = {"t": graph.make("t"), **{("y", i): graph.make("y", (), i) for i in range(n)}}
     slots = [slot for group in groups for slot in slots_of(traced.trace.reads, group, n)]
     for j, slot in enumerate(slots):
         if slot is not None:
             inputs["parameter", j] = graph.make("par", (), slot)
-    (row,) = partials(graph, traced.stored, list(inputs.values()))
     names = list(inputs)
-    return [names[i] for i in row], list(row.values())
+    found = partials(graph, traced.stored, list(inputs.values()))
+    return [{names[i]: node for i, node in row.items()} for row in found]

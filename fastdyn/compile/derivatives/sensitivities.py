@@ -1,7 +1,8 @@
 """Compiles functions of a state and its sensitivities: equations of motion, and events.
 
 The state is y, followed by S row by row: S has a row for each component of y and a column for each
-direction.  The variational equations are y' = f, S' = df/dy S + df/dp.
+direction.  The variational equations are y' = f, S' = df/dy S + df/dp; those of a residual
+F(t, y, y') = 0 are dF/dy S + dF/dy' S' + dF/dp = 0.
 
 At a zero of g, R(t, y) is the new state, and y' changes from f to f+.  S becomes
 dR/dy (S + f s) + dR/dt s + dR/dp - f+ s, where s = -(dg/dy S + dg/dp) / (dg/dt + dg/dy f) is the
@@ -17,12 +18,13 @@ import numpy as np
 from fastdyn.trace.graph.derivatives import partials
 from fastdyn.trace.graph.jumps import decisions, first_jump
 from fastdyn.trace.graph.refusal import Untraceable, refused_as
+from fastdyn.trace.graph.substitute import substituted
 from fastdyn.trace.reads.reads import flat
 
 from ..callables import Uncompilable
 from ..compare import seconds_of
 from ..functions import BASE, with_code
-from ..mode import DERIVATIVE, SALTATION, SENSITIVITIES
+from ..mode import DERIVATIVE, RESIDUAL_SENSITIVITIES, SALTATION, SENSITIVITIES
 from ..traced.known import why
 from ..traced.make import Near, traced_function
 from .columns import Columns
@@ -31,7 +33,7 @@ MOST_STRAIGHT = 16  # numbers, up to which kernels inline the function
 DECISIONS = "decisions"  # a key of a Function's notes
 
 
-def bind_variational(equations, args, near, refused=None):
+def bind_variational(equations, args, near, refused=None, varying=()):
     """The Bound of the equations of a state and its sensitivities.
 
     Parameters
@@ -42,6 +44,8 @@ def bind_variational(equations, args, near, refused=None):
         The region of the state, without sensitivities.
     refused : str, optional
         The reason why the function must run in Python.
+    varying : tuple of int
+        As in `bind`.
 
     Raises
     ------
@@ -51,10 +55,12 @@ def bind_variational(equations, args, near, refused=None):
     if refused:
         raise Uncompilable(refused)
     said = "it cannot be traced", "the equations of its sensitivities"
-    return _bound(equations.fun, args, equations.mode, near, equations, SENSITIVITIES, False, said)
+    own = equations.fun, args, equations.mode, near
+    as_mode = RESIDUAL_SENSITIVITIES if equations.mode.residual else SENSITIVITIES
+    return _bound(*own, equations, as_mode, False, said, varying)
 
 
-def bind_saltation(saltation, args, near):
+def bind_saltation(saltation, args, near, varying=()):
     """The Bound of a change of a state and its sensitivities.
 
     Parameters
@@ -63,6 +69,8 @@ def bind_saltation(saltation, args, near):
     args : tuple
     near : traced.make.Near
         The region of the state with its sensitivities.
+    varying : tuple of int
+        As in `bind`.
 
     Raises
     ------
@@ -73,19 +81,18 @@ def bind_saltation(saltation, args, near):
     near = Near(near.t0, near.tf, np.r_[near.y0[:n], np.zeros(more)])
     said = "`on_event` cannot be traced", "the change of its sensitivities at an event"
     located = saltation.event is not None
-    return _bound(
-        saltation.together(), args, DERIVATIVE, near, saltation, SALTATION, located, said
-    )  # fmt: skip
+    own = saltation.together(), args, DERIVATIVE, near
+    return _bound(*own, saltation, SALTATION, located, said, varying)
 
 
-def _bound(fun, args, mode, near, extended, as_mode, located, said):
+def _bound(fun, args, mode, near, extended, as_mode, located, said, varying):
     """The Bound of a function that is traced in `mode` and extended by sensitivities.
 
     `extended` is called ``extended(t, z, *args)`` in Python.  `said` has the reason of a refusal if
     no other reason is known, and what needs too many operations.
     """
     n, directions = len(near.y0), extended.directions
-    positions = tuple(sorted({j for j in directions if j}))
+    positions = tuple(sorted({j for j in (*directions, *varying) if j}))
     found = traced_function(fun, args, mode, n, near, positions)
     if found is None:
         raise Uncompilable(why(fun, args, mode, n, positions) or said[0])
@@ -108,7 +115,7 @@ def _bound(fun, args, mode, near, extended, as_mode, located, said):
         own, given = keepalive[:2]
         return (extended if own is fun else extended._replace(fun=own))(t, z, *given)
 
-    size = extended.n * (1 + extended.n_directions)
+    size = (1 + as_mode.residual) * extended.n * (1 + extended.n_directions)
     bound = with_code(function, as_written, keepalive, values, as_mode, size, at)
     if function.seconds == math.inf:
         function.seconds = seconds_of(bound, near.t0, near.y0)
@@ -132,16 +139,47 @@ def _extended(base, columns, n, mode, located):
     traced = base.traced
     size, slots = n * (1 + len(columns)), {slot for slot in columns if slot is not None}
     graph = traced.trace.graph
-    if mode is SALTATION or size <= MOST_STRAIGHT:
+    if mode.residual:
+        outputs, raising = _of_residual(traced, columns, n)
+        function = traced.with_outputs(outputs, mode, 2 * size, raising).compiled()
+    elif mode is SALTATION or size <= MOST_STRAIGHT:
         outputs = _outputs(graph, traced.stored, columns, n, located)
         function = traced.with_outputs(outputs, mode, size).compiled()
     else:
         function = _in_columns(traced, mode, columns, n).compiled()
     function.notes[BASE] = base
-    if mode is SENSITIVITIES:
+    if mode.sensitivities:
         own = traced.trace._replace(outputs=traced.stored)
         function.notes[DECISIONS] = own, decisions(own.graph, own.outputs, slots)
     return function
+
+
+def _of_residual(traced, columns, n):
+    """The nodes of F and dF/dy S + dF/dy' S' + dF/dp, and as many zeros; the condition of raising.
+
+    The derivative y' is at n of the traced vector, and behind [y, S] of the longer one.
+    """
+    g, m = traced.trace.graph, len(columns)
+    half, own = n * (1 + m), traced.stored[:n]
+    found, places, _ = _partials(g, own, columns, 2 * n, False)
+    at = [(i, k) for i, row in enumerate(found) for k in sorted(row)]
+    moved = {g.make("y", (), n + i).key: g.make("y", (), half + i) for i in range(n)}
+    nodes = [*own, traced.trace.raising, *[found[i][k] for i, k in at]]
+    nodes = substituted(g, nodes, moved)
+    outputs, rows = nodes[:n], [{} for _ in range(n)]
+    for (i, k), node in zip(at, nodes[n + 1 :], strict=True):
+        rows[i][k] = node
+    for row in rows:
+        for j, slot in enumerate(columns):
+            terms = []
+            for k in sorted(row):
+                if k < 2 * n:
+                    place = (k // n) * half + n + (k % n) * m + j
+                    terms.append(g.mul(row[k], g.make("y", (), place)))
+                elif k == places.get(slot):
+                    terms.append(row[k])
+            outputs.append(g.sum(terms))
+    return [*outputs, *[g.const(0.0)] * half], nodes[n]
 
 
 def _in_columns(traced, mode, columns, n):

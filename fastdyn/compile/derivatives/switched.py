@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.operations import OPERATIONS
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.graph.refusal import Refusal, Untraceable
 from fastdyn.trace.graph.switches import LARGEST, MOST, hybrid, switches
+from fastdyn.trace.operations import OPERATIONS
 from fastdyn.trace.reads.reads import flat
 
 from ..functions import with_code

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.trace.graph.derivatives import along
 from fastdyn.trace.graph.expressions import MAX_NODES
 from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.graph.refusal import Untraceable
@@ -16,9 +17,10 @@ from fastdyn.trace.graph.reverse import pullback
 
 from ..callables import Uncompilable
 from ..functions import with_code
-from ..mode import DERIVATIVE, VJP
+from ..mode import DERIVATIVE, ENTRIES, VJP, Mode
 from ..traced.known import why
 from ..traced.make import LONG, traced_function
+from .jacobian import jacobian
 from .sensitivities import DECISIONS, slots_of
 
 NOT_TRACED = "it cannot be traced"
@@ -32,17 +34,37 @@ class Product(NamedTuple):
     """The vjp of a function with the values of one solve.
 
     `bound` is a Bound of the vjp, `n` and `m` are the numbers of its results; `positions` are those
-    of the differentiated arguments.
+    of the differentiated arguments; `mode` is that of the function.  For methods that solve
+    equations, `jacobian` is a Bound of the Jacobian, whose entries have `places`, (rows, columns).
+    For a Rosenbrock method, df/dt follows the entries, and `along` is a Bound of the vjp of the
+    derivative of the function along a vector.
     """
 
     bound: Any
     n: int
     m: int
     positions: tuple
+    mode: Mode = DERIVATIVE
+    jacobian: Any = None
+    places: Any = None
+    along: Any = None
+
+    def with_values(self, values):
+        """The Product with other outside values, (type, value) pairs."""
+
+        def other(bound):
+            return bound and frozen(bound.function, None, values, bound.mode, bound.n, bound.at)
+
+        return self._replace(
+            bound=other(self.bound), jacobian=other(self.jacobian), along=other(self.along)
+        )
 
 
-def bind_vjp(fun, args, near, positions):
+def bind_vjp(fun, args, near, positions, mode=DERIVATIVE, backward="stages"):
     """The Product of ``fun(t, y, *args)`` by y, and by the arguments at `positions`, from 1.
+
+    For q'' = a(t, q), `near` has q, and so has the Product in place of y.  The
+    Product has what a sweep of the kind `backward` needs: see `methods.method.Facts`.
 
     The Product keeps copies of all outside values: no later change of an array changes it.
 
@@ -52,20 +74,61 @@ def bind_vjp(fun, args, near, positions):
         If `fun` has no trace, or a derivative is missing.
     """
     n, varying = len(near.y0), tuple(sorted(positions))
-    found = traced_function(fun, args, DERIVATIVE, n, near, varying)
+    rosenbrock = backward == "rosenbrock"
+    found = traced_function(fun, args, mode, n, near, varying)
     if found is None:
         raise Uncompilable(
-            why(fun, args, DERIVATIVE, n, varying) or (NOT_TRACED if n < LONG else TOO_LONG)
+            why(fun, args, mode, n, varying) or (NOT_TRACED if n < LONG else TOO_LONG)
         )
     base, values, at = found
     groups = tuple([at[j - 1] for j in positions])
     try:
         function = base.derived((VJP, groups), lambda: _vjp(base, groups, n))
+        second = rosenbrock and base.derived((VJP, 2, groups), lambda: _along(base, groups, n))
+        solves = rosenbrock or backward == "collocation"
+        entries: Any = solves and jacobian(base, time=rosenbrock)
     except Untraceable as reason:
         raise Uncompilable(str(reason)) from None
     m = function.traced.n_stored - n
     bound = frozen(function, None, values, VJP, 2 * n, at)
-    return Product(bound, n, m, tuple(positions))
+    product = Product(bound, n, m, tuple(positions), mode)
+    if not solves:
+        return product
+    return product._replace(
+        jacobian=frozen(entries.function, None, values, ENTRIES, n, at),
+        places=(entries.rows, entries.columns),
+        along=second and frozen(second, None, values, VJP, 3 * n + 1, at),
+    )
+
+
+def bind_direction(fun, args, near, positions, turns, mode=DERIVATIVE):
+    """The Bound of y' = f and of s' = df/dy s + df/dp v, for a state of y, followed by s.
+
+    v = a p + b for the parameters p at `positions` in turn, and the rows a and b of `turns`, which
+    are part of the code.  Otherwise as `bind_vjp`.
+    """
+    n, varying = len(near.y0), tuple(sorted(positions))
+    found = traced_function(fun, args, mode, n, near, varying)
+    if found is None:
+        raise Uncompilable(NOT_TRACED)
+    base, values, at = found
+    groups = tuple([at[j - 1] for j in positions])
+    place = VJP, "direction", groups, turns.tobytes()
+    try:
+        function = base.derived(place, lambda: _direction(base, groups, n, turns))
+    except Untraceable as reason:
+        raise Uncompilable(str(reason)) from None
+    return frozen(function, None, values, mode, 2 * n, at)
+
+
+def _direction(base, groups, n, turns):
+    traced, g = base.traced, base.traced.trace.graph
+    inputs, _ = _inputs(base, groups, n)
+    moved = [(inputs[i], g.make("y", (), n + i)) for i in range(n)]
+    for p, a, b in zip(inputs[n:], *turns.tolist(), strict=True):
+        moved.append((p, g.add(g.mul(g.const(a), p), g.const(b))))
+    outputs = [*traced.stored, *along(g, traced.stored, moved)]
+    return traced.with_outputs(outputs, traced.mode, 2 * n).compiled()
 
 
 def frozen(function, python, values, mode, n, at=()):
@@ -74,12 +137,29 @@ def frozen(function, python, values, mode, n, at=()):
     return with_code(function, python, [None, ()], copies, mode, n, at)
 
 
+def _along(base, groups, n):
+    """The vjp, at (t, [y, k, u, s]), of the derivative of a function along (u, s), s in time."""
+    traced, g = base.traced, base.traced.trace.graph
+    inputs, _ = _inputs(base, groups, n)
+    moved = [(inputs[i], g.make("y", (), 2 * n + i)) for i in range(n)]
+    moved.append((g.make("t"), g.make("y", (), 3 * n)))
+    derivative = along(g, traced.stored, moved)
+    outputs = pullback(g, derivative, [g.make("y", (), n + i) for i in range(n)], inputs)
+    return traced.with_outputs(outputs, VJP, 3 * n + 1, g.false).compiled()
+
+
+def _inputs(base, groups, n):
+    """The nodes of the state and of the differentiated parameters; the slots of the latter."""
+    g = base.traced.trace.graph
+    slots = [slot for group in groups for slot in slots_of(base.traced.trace.reads, group, n)]
+    inputs = [g.make("y", (), i) for i in range(n)]
+    return inputs + [g.make("par", (), slot) for slot in slots], slots
+
+
 def _vjp(base, groups, n):
     traced, g = base.traced, base.traced.trace.graph
-    slots = [slot for group in groups for slot in slots_of(traced.trace.reads, group, n)]
     cotangents = [g.make("y", (), n + i) for i in range(n)]
-    inputs = [g.make("y", (), i) for i in range(n)]
-    inputs += [g.make("par", (), slot) for slot in slots]
+    inputs, slots = _inputs(base, groups, n)
     outputs = pullback(g, traced.stored, cotangents, inputs)
     function = traced.with_outputs(outputs, VJP, 2 * n, g.false).compiled()
     own = traced.trace._replace(outputs=traced.stored)

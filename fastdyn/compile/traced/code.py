@@ -88,11 +88,15 @@ class Traced:
     @functools.cached_property
     def switches(self):
         """The Switches of the function; None if it does not switch with the time alone."""
+        return self.switches_by(())
+
+    def switches_by(self, slots):
+        """The Switches of the function and of its derivatives by the parameters at slots."""
         if not self.in_batches:
-            return switches(self.trace.graph, self.stored)
+            return switches(self.trace.graph, self.stored, slots)
         from fastdyn.trace.emit.pattern import timed_nodes
 
-        return switches(self.trace.graph, timed_nodes(self.program))
+        return switches(self.trace.graph, timed_nodes(self.program), slots)
 
     @functools.cached_property
     def pattern(self):

@@ -6,9 +6,9 @@ from typing import Any
 from llvmlite import ir
 
 from fastdyn.code_store.target import processor
-from fastdyn.operations import OPERATIONS
 from fastdyn.trace.emit.numbers import INDEX, REAL, WORD, Emitter
 from fastdyn.trace.graph.refusal import refused_as
+from fastdyn.trace.operations import OPERATIONS
 
 from ..taylor.coefficients.bundles import Single
 from ..taylor.kernel import OfTrajectories

@@ -19,8 +19,10 @@ from fastdyn.trace.graph.refusal import Refusal
 from fastdyn.trace.graph.rows import ID
 
 from .. import function_convention
+from . import equations
 from .inputs import Source, array_of
 
+equations.calls_kernels()
 MAX_STRAIGHT = 16  # a function of at most so many components has no loops
 
 

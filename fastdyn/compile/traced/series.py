@@ -15,6 +15,7 @@ from ..taylor.coefficients.composed import emit
 from ..taylor.kernel import OfElements, OfOrders
 from ..taylor.recurrences.deceptive import is_deceptive
 from ..taylor.recurrences.impossible_conditions import possible
+from ..taylor.recurrences.operations import Choice
 from ..taylor.recurrences.plan import Plan, sums_of_terms
 from ..taylor.recurrences.rewrite import NotSmooth
 from .inputs import Source
@@ -66,10 +67,15 @@ def _large(traced, plan, order, raises):
 
 @refused_as(NotSmooth)
 def text_of_event(traced, symbol, order):
-    """The LLVM text of the series of an event; NotSmooth if the event has kinks or may raise."""
+    """The LLVM text of the series of an event; NotSmooth if the event has conditions.
+
+    A series that passes a zero of a root, or a jump of atan2, differs from the event there, and
+    `kernels/output/series_roots/` then looks at parts of the step, or at the signs.  Where the
+    event raises, the step's end raises.
+    """
     graph = traced.trace.graph
-    plan = Plan(graph, traced.stored, possible(graph, traced.trace.failing))
-    if plan.signed or plan.rooted or plan.outputs[0][1] is None or plan.raises():
+    plan = Plan(graph, traced.stored, graph.false)
+    if any(isinstance(step, Choice) for step in plan.steps) or plan.outputs[0][1] is None:
         raise NotSmooth("an event with a kink")
     module = _invariants(traced, plan)
     return f"{module}\n{emit(plan, order, symbol, set(module.globals), by_processor(4)[0])}"

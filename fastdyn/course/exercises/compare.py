@@ -2,13 +2,19 @@
 
 import itertools
 import math
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import least_squares
+
+from fastdyn.systems.base.units import product_of
 
 from .call import Call, Refused
 
 SAME = 1e-8  # relative
+ROUNDING = 1e-13  # relative to the largest component of the same unit
 POWERS = (1, -1, 2, -2)
+LARGE = 14.0  # logarithm of a number beyond which it stands for 0 or infinity
 OTHER = 2  # seed of the values that are exchanged
 
 
@@ -38,15 +44,83 @@ def compared(exercise, function):
         got = call.values(*samples)
     except Refused as error:
         return [str(error)], []
-    terms = exercise.values(*samples)
-    right = {name: sum(one.values()) for name, one in terms.items()}
-    found = []
+    reference = exercise.values(*samples)
+    right = {name: sum(one.values()) for name, one in reference.items()}
+    sizes: dict[str, float] = {}  # the largest number of each unit
+    for name, values in right.items():
+        unit = exercise.answer[name]
+        sizes[unit] = max(sizes.get(unit, 0.0), np.abs(values).max())
+    said: dict[str | WrongUnit, list[str]] = {}  # defects, and the components they are found in
     for name, values in got.items():
+        terms = exercise.following(name, samples, got) or reference[name]
         if not np.isfinite(values).all():
-            found.append(f"`{name}` is not finite at {np.sum(~np.isfinite(values))} states.")
-        elif not same(values, right[name]):
-            found.append(_difference(exercise, name, values, terms[name], right, samples, call))
-    return found, call.notes
+            sentence = f"{{names}} {{is}} not finite at {np.sum(~np.isfinite(values))} states."
+        elif same(values, right[name]) or same(values, sum(terms.values())):
+            continue
+        elif np.abs(values - right[name]).max() <= ROUNDING * sizes[exercise.answer[name]]:
+            continue
+        else:
+            sentence = _difference(exercise, name, values, terms, right, samples, call)
+        said.setdefault(sentence, []).append(name)
+    return [_of_names(*one) for one in _joined(said)], call.notes
+
+
+class WrongUnit(NamedTuple):
+    """Terms of a component that a number, such as a mass, multiplies once too often or too rarely.
+
+    `about` and the verbs are the beginning of a sentence, `many` the unit that is too many.
+    """
+
+    about: str
+    has: str
+    it_has: str
+    due: str
+    many: str
+    numbers: frozenset
+    also: tuple
+
+    def sentence(self):
+        said = f"{self.about} {self.has} the wrong unit: {self.due} is due, and {self.it_has} "
+        return f"{'; '.join([f'{said}{self.many} too many', *self.also])}."
+
+    def part(self):
+        said = f"{self.about} {self.has} {self.many} too many ({self.due} is due)"
+        return "; ".join([said, *self.also])
+
+
+def _joined(said):
+    """(sentence, components) of each defect; one mistake in a number, in several places, is one."""
+    alike: dict[frozenset, list] = {}
+    for defect, names in said.items():
+        if isinstance(defect, WrongUnit):
+            alike.setdefault(defect.numbers, []).append((defect, names))
+    for defect, names in said.items():
+        if not isinstance(defect, WrongUnit):
+            yield defect, names
+            continue
+        found = alike.pop(defect.numbers, [])
+        if len(found) == 1:
+            yield defect.sentence(), names
+        elif found:
+            yield _together(defect.numbers, found), [""]
+
+
+def _together(numbers, found):
+    """The sentence about wrong units of several terms, by powers of the same numbers."""
+    first, *others = (_of_names(one.part(), names) for one, names in found)
+    parts = [part[0].lower() + part[1:] for part in (first, *others)]
+    several = " and ".join(f"`{name}`" for name in sorted(numbers))
+    return f"A wrong power of {several}, in one place perhaps: {'; '.join(parts)}."
+
+
+def _of_names(sentence, names):
+    """A sentence about one component or more."""
+    several = len(names) > 1
+    verbs = {"is": "are", "has": "have", "takes": "take", "differs": "differ"}
+    verbs = {one: many if several else one for one, many in verbs.items()}
+    verbs["it_has"] = "they have" if several else "it has"
+    *first, last = [f"`{name}`" for name in names]
+    return sentence.format(names=f"{', '.join(first)} and {last}" if first else last, **verbs)
 
 
 def same(a, b):
@@ -55,22 +129,27 @@ def same(a, b):
 
 
 def _difference(exercise, name, values, terms, right, samples, call):
-    """One sentence about a component that is wrong."""
-    if same(values, -right[name]):
-        return f"`{name}` has the wrong sign as a whole."
+    """One defect of a component that is wrong, a sentence with {names} in the place of its name."""
+    due = sum(terms.values())
+    if same(values, -due):
+        return "{names} {has} the wrong sign as a whole."
     if said := _of_terms(values, terms):
-        return f"In `{name}` {' and '.join(said)}."
+        return f"In {{names}} {' and '.join(said)}."
     for other, theirs in right.items():
         if other != name and same(values, theirs):
-            return f"`{name}` has the value of `{other}`: the order of what is returned?"
+            return f"{{names}} {{has}} the value of `{other}`: the order of what is returned?"
     if said := _of_degrees(exercise, name, values, samples):
         return said
-    if said := _of_units(exercise, name, values, terms, samples[2]):
+    if said := _of_sign(exercise, name, values, samples):
+        return said
+    if said := _of_number(exercise, name, values, samples, call):
+        return said
+    if said := _of_units(exercise, name, values, terms, samples):
         return said
     about = _dependence(exercise, name, values - right[name], call)
-    where = int(np.argmax(np.abs(values - right[name])))
+    where = int(np.argmax(np.abs(values - due)))
     state = ", ".join(f"{key} = {one[where]:.2g}" for key, one in samples[1].items())
-    return f"`{name}` differs, most of all at {state}{about}."
+    return f"{{names}} {{differs}}, most of all at {state}{about}."
 
 
 def _of_terms(values, terms):
@@ -103,15 +182,31 @@ def _of_degrees(exercise, name, values, samples):
         }
         theirs = sum(exercise.values(t, turned, p)[name].values())
         if any(unit == "rad" for unit in exercise.state.values()) and same(values, theirs):
-            return f"`{name}` takes an angle for one in {taken}: the state is in radians."
+            return f"{{names}} {{takes}} an angle for one in {taken}: the state is in radians."
     return ""
 
 
-def _of_units(exercise, name, values, terms, p):
-    """A sentence about terms with a wrong power of a parameter, such as a forgotten mass."""
-    single = [{key: power} for key, power in itertools.product(p, POWERS)]
+def _of_sign(exercise, name, values, samples):
+    """A sentence about a component in which one name has the wrong sign wherever it stands."""
+    t, y, p = samples
+    if exercise.project is not None:
+        return ""  # the reference holds on the constraints alone
+    for key in (*p, *y):
+        turned = [{k: -one if k == key else one for k, one in each.items()} for each in (y, p)]
+        with np.errstate(all="ignore"):
+            theirs = sum(exercise.values(t, *turned)[name].values())
+        if same(values, theirs):
+            return f"{{names}} {{takes}} `{key}` with the wrong sign."
+    return ""
+
+
+def _of_units(exercise, name, values, terms, samples):
+    """The defect of terms with a wrong power of a number, such as a forgotten mass; "" if none."""
+    parts, units = _parts(exercise, name, terms, samples)
+    numbers = parts[0][2]
+    single = [{key: power} for key, power in itertools.product(numbers, POWERS)]
     pairs = [
-        {a: m, b: n} for a, b in itertools.combinations(p, 2)
+        {a: m, b: n} for a, b in itertools.combinations(exercise.parameters, 2)
         for m, n in itertools.product((1, -1), repeat=2)
     ]  # fmt: skip
     groups = [
@@ -120,8 +215,11 @@ def _of_units(exercise, name, values, terms, p):
     ]  # fmt: skip
     matches = []
     for extra, group in itertools.product((*single, *pairs), groups):
-        factor = math.prod(p[key] ** power for key, power in extra.items())
-        theirs = {key: one * factor if key in group else one for key, one in terms.items()}
+        theirs = dict.fromkeys(terms, 0.0)
+        for sign, each, there in parts:
+            factor = math.prod(there[key] ** power for key, power in extra.items())
+            for key, one in each.items():
+                theirs[key] = theirs[key] + sign * one * (factor if key in group else 1.0)
         if same(values, sum(theirs.values())):
             matches.insert(0, (extra, group, []))
             break
@@ -130,31 +228,73 @@ def _of_units(exercise, name, values, terms, p):
     if not matches:
         return ""
     extra, group, also = min(matches, key=lambda one: len(one[2]))
-    about, verbs = _about(name, group, terms)
-    if all(exercise.parameters[key] in ("", "1") for key in extra):
-        said = f"{about} {verbs[0]} off by a power of `{'` and `'.join(extra)}`"
-    else:
-        many = " and ".join(_size(exercise, *one) for one in extra.items())
-        due = exercise.answer[name]
-        said = f"{about} {verbs[1]} the wrong unit: {due} is due, and {verbs[2]} {many} too many"
+    about, has, it_has = _about(group, terms)
+    powers = {units[key]: power for key, power in extra.items()}
+    many = product_of(powers) if len(powers) == len(extra) else ""
+    if many:
+        due, also = exercise.answer[name], tuple(also)
+        return WrongUnit(about, has, it_has, due, many, frozenset(extra), also)
+    is_off = has.replace("has", "is").replace("have", "are")
+    said = f"{about} {is_off} off by a power of `{'` and `'.join(extra)}`"
     return f"{'; '.join([said, *also])}."
 
 
-def _about(name, group, terms):
+def _parts(exercise, name, terms, samples):
+    """(sign, terms, numbers) whose sum is a component, a change if its zero is free; and units."""
+    numbers, units = _numbers(exercise, samples)
+    if name not in exercise.free_zero:
+        return [(1.0, terms, numbers)], units
+    before = exercise.elsewhere(*samples)
+    there, _ = _numbers(exercise, before)
+    return [
+        (1.0, exercise.at(*samples)[name], numbers), (-1.0, exercise.at(*before)[name], there)
+    ], units  # fmt: skip
+
+
+def _numbers(exercise, samples):
+    """The numbers of which a term may have a wrong power, and the unit of each, by name.
+
+    These are parameters, components of the state, and the sizes of vectors in the plane.
+    """
+    _, y, p = samples
+    numbers, units = {**p, **y}, {**exercise.parameters, **exercise.state}
+    for a, b in itertools.combinations(y, 2):
+        if units[a] == units[b]:
+            name = f"sqrt({a}² + {b}²)"
+            numbers[name], units[name] = np.hypot(y[a], y[b]), units[a]
+    return numbers, {key: "" if unit == "1" else unit for key, unit in units.items()}
+
+
+def _about(group, terms):
     """The beginning of a sentence about terms of a component, and its verbs."""
     if len(group) == len(terms):
-        return f"`{name}` as a whole", ("is", "has", "it has")
+        return "{names} as a whole", "{has}", "{it_has}"
     if len(group) == 1:
-        return f"The term of {group[0]} in `{name}`", ("is", "has", "it has")
-    return f"The terms of {' and '.join(group)} in `{name}`", ("are", "have", "they have")
+        return f"The term of {group[0]} in {{names}}", "has", "it has"
+    return f"The terms of {' and '.join(group)} in {{names}}", "have", "they have"
 
 
-def _size(exercise, parameter, power):
-    """The unit of a power of a parameter; the name of the parameter if it has no unit."""
-    unit = exercise.parameters[parameter]
-    unit = f"`{parameter}`" if unit in ("", "1") else unit
-    size = unit if abs(power) == 1 else f"({unit})²"
-    return size if power > 0 else f"1/({size})"
+def _of_number(exercise, name, values, samples, call):
+    """A sentence about a component with a number in the place of a parameter."""
+    t, y, p = samples
+    for key in p if exercise.project is None else ():  # with constraints, none changes alone
+        try:
+            free = same(call.values(*_changed(exercise, key))[name], values)
+        except Refused:
+            return ""
+        if not free:
+            continue
+
+        def off(logarithm, key=key):
+            with_it = {**p, key: np.full(len(t), np.exp(logarithm[0]))}
+            return sum(exercise.values(t, y, with_it)[name].values()) - values
+
+        with np.errstate(all="ignore"):
+            (found,) = least_squares(off, [1.0], xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+        # A 1 is that of a forgotten factor, a 0 of a forgotten term.
+        if 1e-6 < abs(found) < LARGE and same(off([found]) + values, values):
+            return f"{{names}} {{has}} a number in the place of `{key}`."
+    return ""
 
 
 def _dependence(exercise, name, off, call):

@@ -37,6 +37,10 @@ class Exercise(NamedTuple):
         The equations are compared only at such states.
     free_zero : sequence of str, optional
         Names of results that are defined up to a constant, such as an energy.
+    follows : dict of str to dict of str to callable, optional
+        Terms that follow from other results, such as accelerations from a reaction, as functions of
+        ``(t, y, p, a)``; a has the results of the student by name.  A wrong reaction is then named
+        once, and not again in each acceleration.
     """
 
     name: str
@@ -49,6 +53,7 @@ class Exercise(NamedTuple):
     ranges: Mapping[str, tuple[float, float]] = {}
     project: Callable | None = None
     free_zero: Sequence[str] = ()
+    follows: Mapping[str, Mapping[str, Callable]] = {}
 
     @property
     def signature(self):
@@ -78,18 +83,29 @@ class Exercise(NamedTuple):
 
         For an answer of `free_zero`, the values are the changes from one state to the next.
         """
-        found = self._values(t, y, p)
+        found = self.at(t, y, p)
         if self.free_zero:
-            before = self._values(*self.elsewhere(t, y, p))
+            before = self.at(*self.elsewhere(t, y, p))
             for name in self.free_zero:
                 found[name] = {key: one - before[name][key] for key, one in found[name].items()}
         return found
+
+    def following(self, name, samples, answers):
+        """The terms of an answer, {term: ndarray}, that follow from a student's other answers."""
+        t, y, p = samples
+        others = self.follows.get(name)
+        if others is None:
+            return None
+        terms = self.at(t, y, p)[name]
+        found = {k: f(t, Names(y), Names(p), Names(answers)) for k, f in others.items()}
+        return {**terms, **found}
 
     def elsewhere(self, t, y, p):
         """Other times and states with the same parameters."""
         return np.roll(t, 1), self.allowed({k: np.roll(one, 1) for k, one in y.items()}, p), p
 
-    def _values(self, t, y, p):
+    def at(self, t, y, p):
+        """As `values`, the values themselves of an answer of `free_zero`."""
         return {
             name: {about: np.broadcast_to(term(t, Names(y), Names(p)), t.shape).astype(float)
                    for about, term in terms.items()}

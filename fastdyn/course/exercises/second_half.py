@@ -150,5 +150,9 @@ SECOND = [
             },
         },
         pendulum_xy, project=_on_the_circle,
+        follows={
+            "vx'": {"the tension": lambda t, y, p, a: -a.R * y.x / p.l / p.m},
+            "vy'": {"the tension": lambda t, y, p, a: -a.R * y.y / p.l / p.m},
+        },
     ),
 ]  # fmt: skip

@@ -41,7 +41,7 @@ def _frequencies(board):
         building = Building(omega=omega)
         run = building.solve(**TIGHT, method="DOP853", dense_output=True)
         allowed = tolerated(run) * 2.0 * (1.0 + high)
-        board.zero(f"w = {omega:.4g} rad/s: error of the state", run.error(), allowed)
+        board.zero(f"ω = {omega:.4g} rad/s: error of the state", run.error(), allowed)
         if omega in (4.0, 9.0, 15.0):
             runs[f"ground at ω = {omega:g} rad/s"] = building.solve((0.0, 10.0), **TIGHT)
     board.figure("building", plot.plot(runs))
@@ -50,9 +50,9 @@ def _frequencies(board):
 def _sweep(board):
     omega = np.linspace(1.0, 30.0, 2901)
     swept = Building().ensemble(omega=omega, reduce=("max", "min"), rtol=1e-8, atol=1e-10)
-    sway = (swept.reduced["max"] - swept.reduced["min"])[:, 1] / 2.0
+    travel = (swept.reduced["max"] - swept.reduced["min"])[:, 1] / 2.0
     board.say(
-        """The sweep: 2901 frequencies of the ground in one call, and of each the largest sway,
+        """The sweep: 2901 frequencies of the ground in one call, of each the largest deflection,
         found while it is solved. Tolerated: the distance of two frequencies, and what 40001 times
         of the exact motion may miss of a peak, (w dt)² / 8 of it."""
     )
@@ -62,26 +62,26 @@ def _sweep(board):
     exact = [np.ptp(Building(omega=omega[i]).exact(t)[1]) / 2.0 for i in chosen]
     for i, largest in zip(chosen, exact, strict=True):
         missed = largest * (omega[i] * t[1]) ** 2 / 8.0 + 1e-5 * largest
-        board.check(f"w = {omega[i]:.4g} rad/s: largest sway (m)", sway[i], largest, missed)
+        board.check(f"ω = {omega[i]:.4g} rad/s: largest deflection (m)", travel[i], largest, missed)
     for i, frequency in zip((0, 1700), frequencies, strict=True):
-        at = omega[i : i + 1200][np.argmax(sway[i : i + 1200])]
+        at = omega[i : i + 1200][np.argmax(travel[i : i + 1200])]
         board.check("the largest of all is at w (rad/s)", at, frequency, 0.02)
     with board.panel("building-resonance", (11, 6.2)) as axes:
-        axes.plot(omega, sway, label="from rest, 20 s: 2901 runs")
+        axes.plot(omega, travel, label="from rest, 20 s: 2901 runs")
         axes.plot(omega[chosen], exact, "o", color=plot.COLOURS[1], label="exact")
         steady = np.abs([Building(omega=w).steady_amplitudes[1] for w in omega])
-        steady = np.where(steady > sway.max(), np.nan, steady)
+        steady = np.where(steady > travel.max(), np.nan, steady)
         axes.plot(omega, steady, "k--", lw=1.4, label="steady motion alone")
         for frequency in frequencies:
             axes.axvline(frequency, color="0.6", ls=":", lw=1.5)
-            axes.annotate(f"{frequency:.2f} rad/s", (frequency, 1.02 * sway.max()), xytext=(6, 0),
+            axes.annotate(f"{frequency:.2f} rad/s", (frequency, 1.02 * travel.max()), xytext=(6, 0),
                           textcoords="offset points", va="top")  # fmt: skip
         tooth = int(np.argmin(np.abs(omega - 11.0)))
         about = "teeth: in 20 s the peaks of forced and\nfree vibrations need not come together"
-        axes.annotate(about, (omega[tooth], sway[tooth]), xytext=(11.2, 3.2), fontsize=12,
+        axes.annotate(about, (omega[tooth], travel[tooth]), xytext=(11.2, 3.2), fontsize=12,
                       arrowprops={"arrowstyle": "->", "color": "0.3"})  # fmt: skip
         axes.set(xlabel="frequency of the ground ω (rad/s)", yscale="log")
-        axes.set_ylabel("largest sway of the\nupper floor in 20 s (m)")
+        axes.set_ylabel("largest deflection of the\nupper floor in 20 s (m)")
 
 
 def _erratum(board):

@@ -22,7 +22,7 @@ def lesson(board):
         run = cable.solve((0.0, 6.0), **TIGHT)
         (_, _, slack), (_, _, taut) = run.phases[:2]
         x, y = run.sol(taut)[:2]
-        name = f"V0² = {factor:g} g l"
+        name = f"V₀² = {factor:g} g l"
         v = cable.l * math.sqrt(-math.cos(cable.slack_angle) * 9.81)
         allowed = 2.0 * allowance(run, cable.by_angle) * (1.0 + 1.0 / v)
         exact = math.remainder(-3.0 * cable.slack_angle, 2.0 * math.pi)

@@ -40,7 +40,7 @@ def _regimes(board):
             tolerance = per_period * allowed / (V0 / pendulum.l) / len(passages)
             board.check(f"{name}: period (s)", period, pendulum.period, tolerance)
         if V0 > 1.0:
-            runs[f"V0 = {V0:.4g} m/s: {pendulum.regime}"] = pendulum.solve(
+            runs[f"V₀ = {V0:.4g} m/s: {pendulum.regime}"] = pendulum.solve(
                 (0.0, 2.5), dense_output=True
             )
     board.figure("pendulum-regimes", plot.plot(runs))

@@ -212,7 +212,7 @@ def _long(board):
         f"{method}, {study.n_steps / revolutions:.0f} steps a revolution": study
         for method, study in studies.items()
     })  # fmt: skip
-    figure.axes[0].set_title(f"change of energy, eccentricity {satellite.eccentricity:.1f}")
+    figure.axes[0].title.set_text(f"change of energy, e = {satellite.eccentricity:.1f}")
     board.figure("satellite-long", figure)
 
 

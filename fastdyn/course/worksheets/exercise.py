@@ -1,11 +1,11 @@
-"""What an exercise is."""
+"""The record of an exercise."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 
 class Answer(NamedTuple):
-    """What was computed, in a sentence, and whether it is what the exercise expects."""
+    """The outcome in a sentence, and whether it is as the exercise expects."""
 
     text: str
     holds: bool

@@ -1,12 +1,12 @@
-"""What happens along a run: choices of states, singularities, kinks of constraints."""
+"""The history of a run: choices of states, singularities, kinks of constraints."""
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from fastdyn.compile.functions import GROWING
-from fastdyn.operations import OPERATIONS
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import first_jump
+from fastdyn.trace.operations import OPERATIONS
 
 from ..structure.choice import growth, signs
 from ..structure.start import Unsolved

@@ -44,16 +44,21 @@ NO_SERIES = (
 )
 
 
-def run(reduction, given, z, method, held):
+def run(reduction, given, z, method, held, tangent=None):
     """The OdeResult from a consistent start z, all orders of all components.
 
-    `held` are the components that keep their values behind an event.
+    `held` are the components that keep their values behind an event.  A `tangent`, a
+    sensitivities.ReducedTangent, adds the sensitivities.
     """
     kinks = decisions(reduction.system)
     actions, asked = [], []
     problem = _problem(reduction, given, z, method, held, bool(kinks), actions, asked)
+    whole = None
     try:
-        found = _solved(problem)
+        if tangent is not None:
+            found, whole = tangent.solved(problem, z)
+        else:
+            found = _solved(problem)
     except NoSeries as reason:
         solved = sorted({k for each in asked for k in each.solved})
         if not (solved and "events" in str(reason)):
@@ -78,16 +83,20 @@ def run(reduction, given, z, method, held):
         found.status, found.message = -1, JUMP.format(jump)
         last = int(np.flatnonzero(np.abs(found.t - found.t[0]) < abs(jump - found.t[0]))[-1])
         log = [each for each in log if abs(each[0] - found.t[0]) <= abs(jump - found.t[0])]
-    return _result(reduction, given, found, last, log)
+    result = _result(reduction, given, found, last, log)
+    if tangent is not None:
+        tangent.put(result, whole)
+    return result
 
 
 def _problem(reduction, given, z, method, held, kinks, actions, asked):
     """The Problem of the reduced state; lists get its Actions, and an Asked for each event."""
-    system, options = reduction.system, _options(given.options, reduction.system, given.n)
+    system, options = reduction.system, options_of(given.options, reduction.system, given.n)
 
     def own(t, x):
         t = np.asarray(t, float)
-        y = components(system, np.atleast_1d(t), x.reshape(len(x), -1), project=True)
+        x = x[: len(system.states)].reshape(len(system.states), -1)  # sensitivities may follow
+        y = components(system, np.atleast_1d(t), x, project=True)
         return y[:, 0] if t.ndim == 0 else y
 
     options = with_observed(options, own)
@@ -129,7 +138,7 @@ def _solved(problem):
     return or_in_python(solve) if acts else solve_problem(problem)
 
 
-def _options(options, system, n):
+def options_of(options, system, n):
     """The options, with tolerances of each component as those of the reduced state."""
     options = dict(options)
     for name in ("rtol", "atol"):

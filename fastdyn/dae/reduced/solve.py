@@ -11,6 +11,7 @@ from ..structure.reduction import Reduction
 from ..structure.start import consistent, guess
 from .compare import check_with_function
 from .run import run
+from .sensitivities import ReducedTangent
 
 if TYPE_CHECKING:
     from fastdyn.run.result import OdeResult
@@ -35,16 +36,26 @@ def solve_reduced(given, method) -> OdeResult:
         consistent, and for wrong options.
     """
     reduction = Reduction(given)
-    _check_method(method, reduction)
-    held = _checked_held(held_components(given), reduction)
+    check_method(method, reduction)
+    held = checked_held(held_components(given), reduction)
     z = guess(reduction.system, given.y0, given.yp0)
     z = consistent(reduction.system, given.t0, z, held)
-    found = run(reduction, given, z, method, held)
+    tangent = None
+    if given.directions is not None:
+        for name in ("on_event", "at", "every"):
+            if given.options.get(name) is not None:
+                raise ValueError(
+                    f"`sensitivity` and `{name}` do not go together at an index above 1, nor with "
+                    "another method than BDF."
+                )
+        tangent = ReducedTangent(reduction, given, held)
+    found = run(reduction, given, z, method, held, tangent)
     check_with_function(given.F, given.args, found)
     return found
 
 
-def _check_method(method, reduction):
+def check_method(method, reduction):
+    """Raise ValueError for a method that does not solve the equations of a Reduction."""
     found = method_named(method)
     constrained = reduction.system.offsets.equations.any()
     if found is None or found.second_order or (constrained and not found.projects):
@@ -54,7 +65,7 @@ def _check_method(method, reduction):
         )
 
 
-def _checked_held(held, reduction):
+def checked_held(held, reduction):
     """The set of components that keep their values, or None; ValueError for algebraic ones."""
     if held is None:
         return None

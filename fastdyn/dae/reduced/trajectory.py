@@ -27,10 +27,9 @@ def components(reduced, t, x, project=False, rates=False):
         return np.concatenate(found, axis=1)
     z = orders(reduced, x)
     if project:
-        _project(reduced, t, z)
+        projected(reduced, t, z)
+    complete(reduced, t, z)
     given, d = reduced.given, reduced.offsets.components
-    highest = [int(d[j]) * given.n + column for j, column in enumerate(given.columns)]
-    z[highest] = -_solved(reduced.matrices(t, z), reduced.numbers(reduced.rest, t, z))
     at = [given.place(k) for k in range(given.n)]
     found = z[[(order + rates) * given.n + column for column, order in at]]
     known = dict(zip(given.columns, d, strict=True))
@@ -45,7 +44,14 @@ def orders(reduced, x):
     return z
 
 
-def _project(reduced, t, z):
+def complete(reduced, t, z):
+    """Compute the highest orders in z, which are linear in the equations."""
+    given, d = reduced.given, reduced.offsets.components
+    highest = [int(d[j]) * given.n + column for j, column in enumerate(given.columns)]
+    z[highest] = -_solved(reduced.matrices(t, z), reduced.numbers(reduced.rest, t, z))
+
+
+def projected(reduced, t, z):
     """Change z to satisfy the constraints: see `formulas.projection`."""
     given, d = reduced.given, reduced.offsets.components
     for m, rows, columns, linear in constraints(reduced):

@@ -8,10 +8,10 @@ from fastdyn.trace.graph.derivatives import along, jacobian
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Untraceable
+from fastdyn.trace.graph.substitute import substituted
 
 from .equations import Equations
 from .signature import Offsets
-from .substitute import substituted
 
 
 class Differentiated(NamedTuple):
@@ -58,6 +58,10 @@ class Differentiated(NamedTuple):
     def levels(self):
         """The number of orders in the graph."""
         return 2 + int(self.offsets.components.max(initial=0))
+
+    def with_values(self, values):
+        """The equations with other parameters, of shape (n_slots,), or (n_slots, k) at k points."""
+        return self._replace(given=self.given._replace(values=values))
 
     def numbers(self, nodes, t, z):
         """The values of nodes, (n_nodes, k), at k points.

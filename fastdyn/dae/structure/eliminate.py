@@ -16,7 +16,7 @@ def pivots(reduced, t, z):
     """The pivots (i, j) to eliminate by, in order, from the numbers at one point z."""
     size = len(reduced.orders)
     numbers = reduced.matrices(np.array([float(t)]), z[:, None])[0]
-    fixed = {at for at, node in reduced.matrix.items() if _is_fixed(node)}
+    fixed = {at for at, node in reduced.matrix.items() if is_fixed(node)}
     rows, columns, found = set(range(size)), set(range(size)), []
     there = np.zeros((size, size), bool)
     there[tuple(np.array(list(reduced.matrix)).T)] = True
@@ -40,6 +40,24 @@ def pivots(reduced, t, z):
         )
         there[np.ix_(others, rest)] |= change
     return found
+
+
+def hold(numbers, order):
+    """Whether pivots chosen at one point are large enough at k others, of matrices (k, n, n)."""
+    numbers = numbers.copy()
+    rows, columns = list(range(numbers.shape[1])), list(range(numbers.shape[1]))
+    large = np.ones(len(numbers), bool)
+    with np.errstate(all="ignore"):
+        for i, j in order:
+            sizes, pivot = np.abs(numbers), numbers[:, i, j]
+            largest = np.maximum(sizes[:, i, columns].max(axis=1), sizes[:, rows, j].max(axis=1))
+            large &= np.abs(pivot) >= LEAST * largest
+            rows.remove(i)
+            columns.remove(j)
+            column, row = numbers[:, rows, j], numbers[:, i, :][:, columns]
+            change = column[:, :, None] * row[:, None, :] / pivot[:, None, None]
+            numbers[np.ix_(range(len(numbers)), rows, columns)] -= change
+    return large
 
 
 def solved(text, matrix, right, order):
@@ -70,7 +88,7 @@ def solved(text, matrix, right, order):
     return [found[j] for j in range(size)]
 
 
-def _is_fixed(node):
+def is_fixed(node):
     """Whether a node depends on parameters and constants alone."""
     return not any(each.op in ("t", "y") for each in live([node]))
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.compile.derivatives.sensitivities import slots_of
 from fastdyn.compile.mode import RESIDUAL
 from fastdyn.compile.traced.known import facts_of
 from fastdyn.compile.traced.make import Near, traced_function
@@ -16,10 +17,10 @@ from fastdyn.run.functions.compared import off_the_solution
 from fastdyn.trace.graph.derivatives import jacobian
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.graph.substitute import substituted
 from fastdyn.trace.reads.reads import flat
 
 from ..functions import of_vector
-from .substitute import substituted
 
 
 class Equations(NamedTuple):
@@ -40,6 +41,9 @@ class Equations(NamedTuple):
         The parameters, by slot.
     alias : dict
         For each other component (component j, order l): the component is derivative l of y_j.
+    varied : tuple of int
+        The slots of the arguments among the directions of `sensitivity`, in the order of these;
+        then those of the others that vary, in the order of the arguments.
     """
 
     graph: Any
@@ -49,6 +53,7 @@ class Equations(NamedTuple):
     columns: list
     values: np.ndarray
     alias: dict
+    varied: tuple = ()
 
     def node(self, j, order=0):
         """The node of a derivative of component j."""
@@ -65,8 +70,10 @@ class Equations(NamedTuple):
         return self.alias.get(k, (k, 0))
 
 
-def equations(given):
+def equations(given, varying=()):
     """(The Equations of a problem.Given, one for each residual; the key of their graph).
+
+    `varying` has the positions of arguments, from 1, that differ between trajectories.
 
     The trace is that of the residual that BDF solves: one trace serves both, and is remembered.
     Two functions with one key have equal graphs.
@@ -79,17 +86,21 @@ def equations(given):
     n, both = given.n, np.concatenate([given.y0, given.yp0])
     residual = of_vector(given.F, n)
     near = Near(given.t0, given.tf, off_the_solution(both))
-    found = traced_function(residual, given.args, RESIDUAL, 2 * n, near)
+    positions = [d.position for d in given.directions or () if d.position]
+    positions += sorted({*varying} - {*positions})
+    found = traced_function(residual, given.args, RESIDUAL, 2 * n, near, tuple(sorted(positions)))
     if found is None:
         reason = facts_of(residual, given.args, RESIDUAL, 2 * n).refusal
         raise ValueError(
             "index reduction needs a function that can be traced, and this one cannot"
             f"{': ' * bool(reason)}{reason or ''}. Equations of index 1 need no reduction."
         )
-    function, parameters, _ = found
+    function, parameters, at = found
     values, trace = flat([value for _, value in parameters]), function.traced.trace
     rows = list(range(n))
-    return Equations(trace.graph, n, rows, trace.outputs[:n], rows, values, {}), function.key
+    varied = tuple(slot for j in positions for slot in slots_of(trace.reads, at[j - 1], n))
+    whole = Equations(trace.graph, n, rows, trace.outputs[:n], rows, values, {}, varied)
+    return whole, function.key
 
 
 def without_aliases(given, barred=()):

@@ -3,6 +3,12 @@
 Each is a function of (t, x, p): x is the reduced state, p the parameters of the graph.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+
+from fastdyn.trace.graph.derivatives import entries, partials
+
 from .eliminate import solved
 from .write import Text
 
@@ -57,6 +63,12 @@ def projection(reduced):
     return text.function("projection", [names[place] for place in reduced.states])
 
 
+def elements(reduced):
+    """``elements(t, x, p)``: the elements of the matrix, in the order of ``reduced.matrix``."""
+    text = _text(reduced)
+    return text.function("elements", text.values(list(reduced.matrix.values())))
+
+
 def constraints(reduced):
     """Yield (depth m, rows, columns, whether they are linear), the deepest first.
 
@@ -68,6 +80,39 @@ def constraints(reduced):
         rows = [int(i) for i in (c >= m).nonzero()[0]]
         columns = [int(j) for j in (d >= m).nonzero()[0]]
         yield m, rows, columns, all(c[i] > m for i in rows)
+
+
+class Slopes(NamedTuple):
+    """The derivatives of some equations: `nodes` in the places `rows`, `columns` of a matrix.
+
+    The columns are all orders of all components, and then the parameters that are varied.
+    """
+
+    rows: np.ndarray
+    columns: np.ndarray
+    nodes: list
+    shape: tuple
+
+    def at(self, reduced, t, z):
+        """The matrices at k points, shape (k, *shape)."""
+        found = np.zeros((len(t), *self.shape))
+        if self.nodes:
+            found[:, self.rows, self.columns] = reduced.numbers(self.nodes, t, z).T
+        return found
+
+
+def slopes(reduced, varied):
+    """The Slopes of the equations of each depth of `constraints`, and then of the last orders."""
+    graph, size = reduced.given.graph, (reduced.levels() + 1) * reduced.given.n
+    inputs = [graph.make("y", (), i) for i in range(size)]
+    inputs += [graph.make("par", (), slot) for slot in varied]
+    together = [[reduced.residual(row, m) for row in rows] for m, rows, *_ in constraints(reduced)]
+    together.append([found[-1] for found in reduced.orders])
+    all_slopes = []
+    for outputs in together:
+        found = entries(partials(graph, outputs, inputs))
+        all_slopes.append(Slopes(*found, (len(outputs), len(inputs))))
+    return all_slopes
 
 
 def _product(text, a, b):

@@ -9,6 +9,8 @@ import numpy as np
 
 from fastdyn.compile import memory
 from fastdyn.compile.functions import GROWING
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from ..problem import checked
 from . import choice, formulas
@@ -19,7 +21,7 @@ from .signature import offsets, signature
 from .start import check_regular, guess
 
 if TYPE_CHECKING:
-    from fastdyn.problem import argument_types as types
+    from fastdyn.problem.argument_types import Args, State
 
 NODES = 100  # of a graph, which take as much memory as a small function
 
@@ -45,7 +47,8 @@ _formulas = memory.Table()  # functions of the reduced state, by the keys of gra
 class Reduction:
     """The index reduction of ``fun(t, y, yp, *args)``: see `reduce_index`.
 
-    The structure is remembered; the pivots are those of the present values.
+    The structure is remembered; the pivots are those of the present values.  `varying` has the
+    positions of arguments, from 1, that differ between trajectories.
 
     Attributes
     ----------
@@ -55,10 +58,12 @@ class Reduction:
         How often each equation is differentiated.
     freedom : int
         The number of states: so many components of a start are free.
+    pivots : tuple
+        The pivots of the elimination in `motion`: see `eliminate`.
     """
 
-    def __init__(self, given):
-        whole, key = equations(given)
+    def __init__(self, given, varying=()):
+        whole, key = equations(given, varying)
         known = _structures.get(key)
         if known is None:
             with GROWING:
@@ -66,19 +71,28 @@ class Reduction:
         found, system = known
         self.index, self.differentiated = found.structural_index, found.equations.copy()
         self.freedom = found.freedom
-        self.system = system._replace(given=system.given._replace(values=whole.values))
+        known = system.given._replace(values=whole.values, varied=whole.varied)
+        self.system = system._replace(given=known)
         self._key, self._size = key, _size(whole)
-        self._order = tuple(pivots(self.system, given.t0, guess(self.system, given.y0, given.yp0)))
-        self.motion = self._function(formulas.motion, self._order)
+        self.pivots = tuple(pivots(self.system, given.t0, guess(self.system, given.y0, given.yp0)))
+        self.motion = self._function(formulas.motion, self.pivots)
         constrained = system.offsets.equations.any()
         self.projection = self._function(formulas.projection) if constrained else None
 
     def components(self, used):
         """The function (t, x, p) that returns y; nan for components that are not `used`."""
-        return self._function(formulas.components, self._order, tuple(sorted(used)))
+        return self._function(formulas.components, self.pivots, tuple(sorted(used)))
+
+    def elements(self):
+        """The function (t, x, p) that returns the elements of the matrix."""
+        return self._function(formulas.elements)
+
+    def slopes(self):
+        """The formulas.Slopes of the equations by the components and by what `varied` names."""
+        return self._function(formulas.slopes, self.system.given.varied)
 
     def _function(self, formula, *given):
-        """The function of a formula, remembered."""
+        """The function of a formula, or what else a formula makes, remembered."""
         place = (self._key, formula.__name__, *given)
         found = _formulas.get(place)
         if found is None:
@@ -161,11 +175,12 @@ class Choice:
         return formulas.residual(self._system, self._places)
 
 
+@shown_when_wrong(fun=kinds.function_of("(t, y, yp)"), t0=kinds.number)
 def reduce_index(
     fun: Callable,
-    y0: types.State,
-    yp0: types.State | None = None,
-    args: types.Arguments | None = None,
+    y0: State,
+    yp0: State | None = None,
+    args: Args | None = None,
     t0: float = 0.0,
 ) -> Reduction:
     """Analyse and reduce the index of ``fun(t, y, yp, *args) = 0``, from a plain Python function.
@@ -179,6 +194,10 @@ def reduce_index(
         ``fun(t, y, yp, *args)`` returns n residuals for n components of y and their derivatives.
     y0, yp0 : array_like, shape (n,)
         A state near which the function is called; `yp0` is zero by default.
+    args : tuple, optional
+        Further arguments of the function.
+    t0 : float
+        The time at which the function is called.
 
     Returns
     -------

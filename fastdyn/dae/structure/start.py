@@ -21,16 +21,16 @@ class Unsolved(ValueError):
 
 
 def guess(reduced, y0, yp0):
-    """All orders of all components: those that y0 and yp0 give, and zeros."""
+    """All orders of all components: those that y0 and yp0, (n,) or (n, k), give, and zeros."""
     given = reduced.given
-    z = np.zeros((reduced.levels() + 1, given.n))
+    z = np.zeros((reduced.levels() + 1, *np.shape(y0)))
     z[0], z[1] = y0, yp0
     for k, (column, order) in given.alias.items():
         z[order, column] = y0[k]
         z[order + 1, column] = yp0[k]
     for k, (column, order) in given.alias.items():
         z[0, k], z[1, k] = z[order, column], z[order + 1, column]
-    return z.ravel()
+    return z.reshape(-1, *z.shape[2:])
 
 
 def consistent(reduced, t, z, held=None):
@@ -46,60 +46,94 @@ def consistent(reduced, t, z, held=None):
     ------
     Unsolved
     """
-    first, z = z, z.copy()
-    t = np.array([float(t)])
+    found, errors = consistent_all(reduced, t, z[:, None], held)
+    for error in errors.values():
+        raise error
+    return found[:, 0]
+
+
+def consistent_all(reduced, t, z, held=None):
+    """(Many guesses z as by `consistent`, shape (size, k); the Unsolved of each without a start).
+
+    The parameters of `reduced` have shape (n_slots,), or (n_slots, k).
+    """
+    first, z, errors = z, z.copy(), {}
+    times = np.full(z.shape[1], float(t))
     d = reduced.offsets.components
-    for m, rows, columns, _ in constraints(reduced):
-        free = [j for j in columns if reduced.name(j, d[j] - m) not in (held or ())]
-        _depth(reduced, t, z, rows, free, m, held or ())
-    _highest(reduced, t, z)
+    with np.errstate(all="ignore"):
+        for m, rows, columns, _ in constraints(reduced):
+            free = [j for j in columns if reduced.name(j, d[j] - m) not in (held or ())]
+            _depth(reduced, times, z, rows, free, m, held or (), errors)
+        _highest(reduced, times, z, errors)
     if held is None:
-        _check_near(reduced, first, z)
-    return z
+        _check_near(reduced, first, z, errors)
+    return z, errors
 
 
-def _depth(reduced, t, z, rows, free, m, held):
+def _of(reduced, points):
+    """The equations with the parameters of some points."""
+    values = reduced.given.values
+    return reduced if np.ndim(values) == 1 else reduced.with_values(values[:, points])
+
+
+def _depth(reduced, t, z, rows, free, m, held, errors):
     """Solve the constraints of one depth for the positions `free`."""
     d = reduced.offsets.components
     nodes = [reduced.residual(i, m) for i in rows]
     places = [reduced.given.columns[j] + (d[j] - m) * reduced.given.n for j in free]
-    change = np.inf
-    for _ in range(MOST):
-        residual = reduced.numbers(nodes, t, z[:, None])[:, 0]
-        if change <= CLOSE * (1 + np.abs(z[places]).max(initial=0)):
-            return
-        matrix = reduced.matrices(t, z[:, None])[0][np.ix_(rows, free)]
-        if not (np.isfinite(residual).all() and np.isfinite(matrix).all()):
-            break
-        step = np.linalg.lstsq(matrix, residual, rcond=LOST)[0] if free else np.zeros(0)
-        z[places] -= step
-        change = np.abs(step).max(initial=0)
-        far = np.abs(residual - matrix @ step).max(initial=0) > 1e-8 * np.abs(residual).max()
-        if far and np.abs(residual).max() > CLOSE * _size(reduced, z):
-            names = sorted(reduced.given.rows[i] for i in rows)
-            raise Unsolved(
-                f"no start satisfies the constraints of equations {_listed(names)}"
-                + (f" with the components {_listed(sorted(held))} held" if held else "")
-                + ": their derivatives by the components that may move are singular there."
-            )
+    left = np.array([k for k in range(len(t)) if k not in errors], int)
+    change = np.full(len(t), np.inf)
     names = sorted(reduced.given.rows[i] for i in rows)
-    raise Unsolved(
+    for _ in range(MOST):
+        left = left[change[left] > CLOSE * (1 + np.abs(z[places][:, left]).max(axis=0, initial=0))]
+        if not len(left):
+            return
+        own = _of(reduced, left)
+        residuals = own.numbers(nodes, t[left], z[:, left]).T
+        matrices = own.matrices(t[left], z[:, left])[:, rows][:, :, free]
+        finite = np.isfinite(residuals).all(axis=1) & np.isfinite(matrices).all(axis=(1, 2))
+        for k in left[~finite]:
+            errors[int(k)] = _nowhere(names)
+        left, residuals, matrices = left[finite], residuals[finite], matrices[finite]
+        for k, residual, matrix in zip(left.tolist(), residuals, matrices, strict=True):
+            step = np.linalg.lstsq(matrix, residual, rcond=LOST)[0] if free else np.zeros(0)
+            z[places, k] -= step
+            change[k] = np.abs(step).max(initial=0)
+            far = np.abs(residual - matrix @ step).max(initial=0) > 1e-8 * np.abs(residual).max()
+            if far and np.abs(residual).max() > CLOSE * (1 + np.abs(z[:, k]).max()):
+                errors[k] = Unsolved(
+                    f"no start satisfies the constraints of equations {_listed(names)}"
+                    + (f" with the components {_listed(sorted(held))} held" if held else "")
+                    + ": their derivatives by the components that may move are singular there."
+                )
+        left = np.array([k for k in left.tolist() if k not in errors], int)
+    for k in left.tolist():
+        errors[k] = _nowhere(names)
+
+
+def _nowhere(names):
+    return Unsolved(
         f"Newton's method finds no start that satisfies equations {_listed(names)} near the "
         "guess: give a y0 that is nearer."
     )
 
 
-def _size(reduced, z):
-    return 1 + np.abs(z).max()
-
-
-def _highest(reduced, t, z):
+def _highest(reduced, t, z, errors):
     """Compute the highest orders, which are linear in the equations."""
     given, d = reduced.given, reduced.offsets.components
-    matrix = reduced.matrices(t, z[:, None])[0]
-    check_regular(reduced, t[0], matrix)
+    left = np.array([k for k in range(len(t)) if k not in errors], int)
+    if not len(left):
+        return
+    own, at = _of(reduced, left), z[:, left]
+    matrices, rest = own.matrices(t[left], at), own.numbers(own.rest, t[left], at)
     places = [int(d[j]) * given.n + column for j, column in enumerate(given.columns)]
-    z[places] = np.linalg.solve(matrix, -reduced.numbers(reduced.rest, t, z[:, None])[:, 0])
+    for k, matrix, right in zip(left.tolist(), matrices, rest.T, strict=True):
+        try:
+            check_regular(reduced, t[k], matrix)
+        except Unsolved as error:
+            errors[k] = error
+        else:
+            z[places, k] = np.linalg.solve(matrix, -right)
 
 
 def check_regular(reduced, t, matrix):
@@ -126,8 +160,8 @@ def _large(vector):
     return np.flatnonzero(np.abs(vector) > SEEN * np.abs(vector).max())
 
 
-def _check_near(reduced, first, z):
-    """Raise Unsolved if components that are states by themselves have moved far."""
+def _check_near(reduced, first, z, errors):
+    """Note an Unsolved where components that are states by themselves have moved far."""
     d, extra, given = reduced.offsets.components, reduced.extra, reduced.given
     checked = []
     for j, order in reduced.states:
@@ -138,11 +172,14 @@ def _check_near(reduced, first, z):
         return
     names, places = map(list, zip(*checked, strict=True))
     moved = np.abs(z - first)[places]
-    worst = int(moved.argmax())
-    if moved[worst] > MOVED * max(np.abs(z[places]).max(), np.abs(first[places]).max()):
-        raise Unsolved(
+    size = np.maximum(np.abs(z[places]).max(axis=0), np.abs(first[places]).max(axis=0))
+    for k in np.flatnonzero(moved.max(axis=0) > MOVED * size).tolist():
+        if k in errors:
+            continue
+        worst = int(moved[:, k].argmax())
+        errors[k] = Unsolved(
             f"y0 violates the constraints: to satisfy them, component {names[worst]} would move "
-            f"from {first[places[worst]]:.6g} to {z[places[worst]]:.6g}. Give another y0, or "
+            f"from {first[places[worst], k]:.6g} to {z[places[worst], k]:.6g}. Give another y0, or "
             "the components to be held as `given`, and the others move."
         )
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from fastdyn.kernels.algebra.linear import solve_linear
-from fastdyn.operations import OPERATIONS
 from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.operations import OPERATIONS
 from fastdyn.trace.written import function_of
 
 

@@ -1,11 +1,9 @@
 """Checks of a system with its numbers, before its run and after it."""
 
-import warnings
-
 import numpy as np
 import sympy as sp
 
-from fastdyn.compile.sentences import levels_inside
+from fastdyn.compile.sentences import warn
 from fastdyn.derive.notation import k
 
 ROUNDING = 1e-9  # relative
@@ -74,10 +72,9 @@ def warn_of_pull(result, values):
     for name, found in values(list(names), points).items():
         below = np.flatnonzero(found < -ROUNDING * np.abs(found).max())
         if len(below):
-            warnings.warn(
+            warn(
                 f"The normal force {name} of the {system.name} is negative from about "
                 f"t = {result.t[points[below[0]]]:.4g} (down to {found.min():.4g} N): the contact "
-                f"pulls. {names[name]} would leave a surface there; of what guides it on both "
-                "sides say `slides(..., guided=True)`.",
-                stacklevel=levels_inside(),
+                f"pulls. {names[name]} would leave a surface there; if the surface guides the body "
+                "on both sides, write `slides(..., guided=True)`."
             )

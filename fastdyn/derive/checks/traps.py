@@ -1,12 +1,11 @@
 """Warnings of declarations that a model permits, and that are most often mistakes."""
 
 import itertools
-import warnings
 
 import numpy as np
 import sympy as sp
 
-from fastdyn.compile.sentences import levels_inside
+from fastdyn.compile.sentences import warn
 from fastdyn.derive.notation import now
 
 from .reactions import of_wrong_reactions
@@ -18,7 +17,7 @@ EXACT = 1e-9  # of its largest part, the rest of a condition of integrability
 def warn_of_traps(derivation):
     """Warn of numbers that nothing uses, and of positions that the start alone decides."""
     for sentence in _sentences(derivation):
-        warnings.warn(sentence, stacklevel=levels_inside())
+        warn(sentence)
 
 
 def _sentences(derivation):
@@ -26,6 +25,7 @@ def _sentences(derivation):
     yield from of_other_units(derivation)
     yield from of_wrong_reactions(derivation)
     yield from _unplaced(derivation)
+    yield from _unguided(derivation)
 
 
 def _unused(model):
@@ -66,6 +66,23 @@ def _unplaced(derivation):
             yield (
                 f"The constraint `{one.name}` of {model.name} is the rate of a position, which "
                 f"it keeps as it starts, {places}, wherever that is. Give the position: {advice}."
+            )
+
+
+def _unguided(derivation):
+    """Sentences about particles that are said to slide on a curve, and move more freely."""
+    model, q = derivation.model, {*derivation.motion.q}
+    for one in model.drawn:
+        if one.kind != "guide":
+            continue
+        ((body, place),) = one.points
+        own = derivation.plain(place).free_symbols & q
+        within = [c for c in derivation.held if c.position is not None]
+        within = [c for c in within if c.position.free_symbols & q <= own]
+        if len(own) - len(within) != 1:
+            yield (
+                f"{body.name} of {model.name} slides on no guide: its position follows from "
+                f"{len(own)} coordinates with {len(within)} constraints, not from one."
             )
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import sympy as sp
 
-from .dimensions import NONE, dimension_of
+from fastdyn.systems.base.dimensions import NONE, dimension_of
 
 PURE = (
     sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.sinh, sp.cosh, sp.tanh, sp.asinh,
@@ -31,7 +31,7 @@ def of_other_units(derivation):
 
 
 def _wrong(expression, unit, known):
-    """What is wrong with the unit of an expression, or None."""
+    """The sentence about a wrong unit of an expression, or None."""
     expected = dimension_of(unit)
     try:
         found = _dimension(expression, known)
@@ -56,7 +56,7 @@ def _known(derivation) -> dict[Any, Any]:
 
 
 def _drawn(model):
-    """What is declared, as (what, expression, unit, what to say more)."""
+    """The declarations, as (what, expression, unit, what to say more)."""
     yield "The gravity", model.field, "m/s²", GRAVITY
     for body in model.bodies:
         yield f"The mass of {body.name}", body.mass, "kg", ""

@@ -7,6 +7,8 @@ Blackboards: each file derives one system, in the order in which a lecturer woul
 import importlib
 import pkgutil
 
+from fastdyn.words.near import did_you_mean
+
 PAGES = tuple(sorted(one.name for one in pkgutil.iter_modules(__path__)))
 
 
@@ -20,5 +22,6 @@ def page(name):
         For a page that there is not.
     """
     if name not in PAGES:
-        raise ValueError(f"No page is called {name!r}; choose from {', '.join(PAGES)}.")
+        advice = did_you_mean(name, PAGES, form='"{}"') or f"choose from {', '.join(PAGES)}."
+        raise ValueError(f"No page is called {name!r}; {advice}")
     return importlib.import_module(f"{__name__}.{name}").board

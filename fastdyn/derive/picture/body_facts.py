@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from . import shapes
+from .guides import guides
 from .joints import joints
 from .places import Places, samples
 from .view import view
@@ -35,6 +36,11 @@ class BodyFacts:
         self.held, self.radii = self._attached(states)
         self.joints = [
             one for one in self.joints if not (one.rod and self._is_body(one, states[0]))
+        ]
+        self.guides = guides(self)
+        on_guides = {one.body for one in self.guides}
+        self.joints = [
+            one for one in self.joints if not (one.rod and one.b is None and one.a in on_guides)
         ]
         self.carts = self._carts(states) if self.view.flat else []
         self.size = self._length(states)
@@ -98,7 +104,8 @@ class BodyFacts:
             found += [placed.of(body, p) for p in (np.zeros(3), *held)]
         found += [p for one in placed.points for p in one]
         spread = float(np.ptp(np.array(found), axis=0).max()) if found else 0.0
-        return max(spread, *(2.0 * r for r in self.radii), *map(_gyration, self.masses))
+        drawn = max(spread, *(2.0 * r for r in self.radii))
+        return drawn or max(map(_gyration, self.masses))  # inertias may be anything
 
     def _shape(self, n):
         body, held = self.bodies[n], self.held[n]
@@ -106,7 +113,7 @@ class BodyFacts:
             return shapes.Shape([], [], [np.zeros(3)], np.zeros(3))
         mass, *inertia = self.masses[n]
         if not self.view.flat:
-            return shapes.spatial(mass, inertia, held, self.radii[n])
+            return shapes.spatial(mass, inertia, held, self.radii[n], self.size)
         normal = next(axis for axis in range(3) if axis not in self.view.axes)
         wheels = any(self.is_edge(one) and one.points[0].body is body for one in self.drawn)
         about = self.radii[n], self.view.axes, self.size, wheels

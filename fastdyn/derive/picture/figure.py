@@ -6,8 +6,10 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot import solution, style
+from fastdyn.plot.animate import in_space
 from fastdyn.plot.needed import needed
 from fastdyn.plot.scene import frame
+from fastdyn.words.letters import letters
 
 GHOSTS = 7  # pictures of the system along its path
 NEAR = 0.15  # of the way of the system: pictures that are nearer lie on top of each other
@@ -24,13 +26,10 @@ def figure(results, **options):
     results : dict of str to SystemResult
         Results by label; the picture is of the first.
     """
-    pyplot = needed("matplotlib.pyplot")
-
     first = next(iter(results.values()))
     panels = _panels(first.system)
     with style.slides():
-        size: Any = {"figsize": (14, 7.5), "layout": "constrained"} | options
-        drawing = pyplot.figure(**size)
+        drawing = style.new_figure(**{"figsize": (14, 7.5)} | options)
         grid = drawing.add_gridspec(len(panels), 2, width_ratios=(1.0, 1.1))
         _picture(drawing, grid[:, 0], first)
         axes = None
@@ -39,16 +38,22 @@ def figure(results, **options):
             several = len(functions) > 1
             colours = itertools.cycle(style.COLOURS)
             for (said, result), (name, values) in itertools.product(results.items(), functions):
-                kept = name == "energy"  # between the steps it has the errors of interpolation
-                t, y = (result.t, result.y) if kept else solution.curve(result)
                 about = ", ".join([name] * several + [said] * (len(results) > 1))
-                axes.plot(t, values(result.system, t, y), color=next(colours), lw=1.6, label=about)
+                look = {"color": next(colours), "lw": 1.6, "label": about}
+                if name in result.system.invariants:
+                    found = values(result.system, result.t, result.y)
+                    solution.at_steps(axes, result.t, found, **look)
+                    continue
+                t, y = solution.curve(result)
+                axes.plot(t, values(result.system, t, y), **look)
             axes.set_ylabel(label)
+            axes.ticklabel_format(axis="y", scilimits=(-3, 4), useMathText=True)
             axes.tick_params(labelbottom=row == len(panels) - 1)
             if several or len(results) > 1:
-                axes.legend(ncols=4, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
+                style.own_legend(axes)
         if axes is not None:
             axes.set_xlabel("t (s)")
+            drawing.align_ylabels(drawing.axes[1:])
     return drawing
 
 
@@ -57,12 +62,14 @@ def _panels(system):
     n = len(system.states) // 2
     found: dict[str, list] = {}
     for row, state in enumerate(system.states[:n]):
-        found.setdefault(state.unit, []).append((state.name, _row(row)))
+        found.setdefault(state.unit, []).append((letters(state.name), _row(row)))
     panels = [(_label("coordinates", names, unit), names) for unit, names in found.items()]
     forces: dict[str, list] = {}
     for name, function in system.quantities.items():
         if name != "energy" and function.unit:
-            forces.setdefault(function.unit, []).append((name, _along(function)))
+            forces.setdefault(function.unit, []).append(
+                (letters(name).replace("_", " "), _along(function))
+            )
     panels += [(_label("reactions", names, unit), names) for unit, names in forces.items()]
     energy = system.invariants.get("energy") or system.quantities.get("energy")
     if energy is not None and len(panels) < PANELS:
@@ -121,16 +128,11 @@ def _picture(drawing, cell, result):
             axes.plot(*([x] for x in part), "o", color=style.COLOURS[0], ms=9, alpha=alpha)
     for part in last.fixed:
         axes.plot(*([x] for x in part), "o", color="0.5", ms=8)
-    names = dict(zip(("xlabel", "ylabel", "zlabel"), last.axes, strict=False))
-    axes.set(**names)
     if space:
-        axes.set_box_aspect([abs(b - a) for a, b in limits.values()], zoom=0.9)
-        axes.view_init(elev=20, azim=-60)
-        for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-            axis.labelpad = 10
+        in_space(axes, limits, last, zoom=0.78)
     else:
-        axes.set_aspect("equal")
-    axes.locator_params(nbins=5)
+        axes.set(aspect="equal", xlabel=last.axes[0], ylabel=last.axes[1])
+        axes.locator_params(nbins=5)
     notes = [f"t = {t[-1]:.4g} s, and before", last.note]
     axes.set_title(", ".join(filter(None, notes)), loc="left", fontsize=12)
 

@@ -1,9 +1,13 @@
 """Where the bodies of a system are in one state, how they are turned, and what is drawn on them."""
 
+import functools
+from typing import NamedTuple
+
 import numpy as np
 import sympy as sp
 
-from fastdyn.derive.notation import ZERO
+from fastdyn.derive.code import function
+from fastdyn.derive.notation import ZERO, now
 from fastdyn.derive.writing import Writer
 
 SAMPLES = 24  # states by which joints are told from accidents
@@ -36,11 +40,29 @@ class Places:
         self._numbers = Writer(derivation).numbers("numbers", [plain(one) for one in numbers])
         self.n = 2 * len(model.coordinate_list)
         self._function = Writer(derivation).numbers("places", entries)
+        self._derivation, motion = derivation, derivation.motion
+        r = [plain(body.position) for body in self.bodies]
+        of_time = {now, *motion.inputs}
+        self.depends = [_indices(one, motion.q) for one in r]
+        self.moves = [bool(one.free_symbols & of_time) for one in r]
+        self.held = [
+            Held(_indices(one.position, motion.q), bool(one.position.free_symbols & of_time))
+            for one in derivation.held if one.position is not None
+        ]  # fmt: skip
 
     def __call__(self, t, w, args):
         """`Placed` in one state."""
         found = np.array(self._function(t, w[: self.n], *args), float).reshape(-1, 3)
         return Placed(self, found)
+
+    @functools.cache  # noqa: B019
+    def along(self, body):
+        """The function of (t, w, *args) that gives x, y, z of a body; a component of w may be an
+        array."""
+        writer = Writer(self._derivation)
+        lines, entries = writer.body(list(self._derivation.plain(self.bodies[body].position)))
+        text = f"return [{', '.join(entries)}]"
+        return function("along", writer.arguments, [*lines, text], arrays=True)
 
     def numbers(self, w, args):
         """Gravity, shape (3,), and of each body its mass and three moments of inertia."""
@@ -82,12 +104,29 @@ class Placed:
         return local if body is None else self.r[body] + self.Q[body] @ local
 
 
-def samples(system, places):
-    """`Placed` in random states on the constraints, at several times."""
-    derivation, rng = system.derivation, np.random.default_rng(0)
-    model, start = derivation.model, derivation.start
+class Held(NamedTuple):
+    """The coordinates in a constraint of positions; whether time is in it, too."""
+
+    coordinates: set
+    moves: bool
+
+
+def _indices(expression, q):
+    used = expression.free_symbols
+    return {n for n, one in enumerate(q) if one in used}
+
+
+def settled(system, t, w, free):
+    """A state moved to the constraints, and the residuals that remain: see `Start.settled`."""
+    model = system.derivation.model
     numbers = [getattr(system, str(one.symbol)) for one in model.numbers]
     drivers = [getattr(system, one.name) for one in model.drivers]
+    return system.derivation.start.settled(t, w, numbers, drivers, free)
+
+
+def samples(system, places):
+    """`Placed` in random states on the constraints, at several times."""
+    model, rng = system.derivation.model, np.random.default_rng(0)
     base = np.array(system.initial_state(), float)
     n, found = len(base) // 2, []
     lengths = [abs(x) for x, one in zip(base, model.coordinate_list, strict=False)
@@ -97,7 +136,7 @@ def samples(system, places):
     for _ in range(4 * SAMPLES):
         w, t = base.copy(), rng.uniform(0.0, system.t_end)
         w[:n] += SPREAD * scale * rng.uniform(-1.0, 1.0, n)
-        w, off = start.settled(t, w, numbers, drivers, np.ones(2 * n, bool))
+        w, off = settled(system, t, w, np.ones(2 * n, bool))
         if not off:
             found.append(places(t, w, system.args))
         if len(found) == SAMPLES:

@@ -8,11 +8,13 @@ import numpy as np
 from fastdyn.plot.scene import Scene
 
 from .body_facts import PULLS, BodyFacts
+from .guides import curves
 
 LARGER = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SQUARE = 0.5 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 SMALL = 0.15  # of the way that a system goes: what is smaller is drawn larger
 COILS = 12
+LEVEL = 1e-3  # of the way: above the drift of a constraint, below what is seen
 
 
 class Picture(BodyFacts):
@@ -28,9 +30,13 @@ class Picture(BodyFacts):
         larger = self._larger(reach)
         extent = max(reach, larger * self.size, 1e-9)
         surfaces = self._surfaces(placed, extent)
+        on = curves(self, t, np.asarray(y)) if self.guides else []
+        ground = self._ground(placed, extent)
 
         def scene(time, w):
-            return self._scene(self.places(time, w, args), larger, extent, surfaces)
+            found = self._scene(self.places(time, w, args), larger, extent, surfaces)
+            found.lines.extend(tuple(curve(time, w).T) for curve in on)
+            return found._replace(ground=ground)
 
         return scene
 
@@ -153,6 +159,18 @@ class Picture(BodyFacts):
             ends = np.array([min(way) - 0.15 * extent, max(way) + 0.15 * extent])
             found.append(functools.partial(self._surface, n, ends, turns))
         return found
+
+    def _ground(self, placed, extent):
+        """The height of the level plane on which bodies in space stand; None without one."""
+        if self.view.flat or self.view.down:
+            return None
+        for n, one in enumerate(self.drawn):
+            if one.kind == "surface":
+                up = self.view([each.across[n] for each in placed])
+                heights = self.view([each.points[n][0] for each in placed])[:, -1]
+                if not up[:, :-1].any() and np.ptp(heights) < LEVEL * extent:
+                    return float(np.median(heights))
+        return None
 
     def _floors(self, placed, extent):
         """The straight lines on which wheels roll, and carts run whose weight is across them."""

@@ -8,6 +8,8 @@ import numpy as np
 ROUND = np.linspace(0.0, 2.0 * np.pi, 41)
 WIDTH = 0.05  # of a bar, times the size of the system
 CHASSIS = 0.4  # width of what has wheels, times its length
+FARTHEST = 2.0  # from the centre, times the farthest point by which a body is held: see `_credible`
+SMALLEST = 0.02  # radius of a disc, times the size of the system; smaller ones are points
 
 
 class Shape(NamedTuple):
@@ -40,6 +42,7 @@ def flat(mass, inertia, held, radius, plane, size, wheels=False):
     """
     centre = np.zeros(3)
     half = np.sqrt(3.0 * inertia / mass) if mass > 0.0 else 0.0  # of a uniform bar
+    half = _credible(half, held, size)
     if radius:
         rim = _circle(radius, *_axes(plane))
         return Shape([rim], [np.array([centre, rim[0]]), *_to(held)], [], rim[0])
@@ -50,12 +53,26 @@ def flat(mass, inertia, held, radius, plane, size, wheels=False):
         far = np.linalg.norm(p)
         if half > 0.999 * far:  # a bar, which reaches beyond its centre
             return Shape([_bar(p, -p * half / far, plane, size)], [], [], -p * half / far)
-        disc = [_circle(half * np.sqrt(2.0 / 3.0), *_axes(plane))] if half else []
+        radius = half * np.sqrt(2.0 / 3.0)
+        disc = [_circle(radius, *_axes(plane))] if radius > SMALLEST * size else []
         return Shape(disc, [np.array([p, centre])], [centre] if not disc else [], centre)
     if not held:
         end = half * _axes(plane)[0]
         return Shape([_bar(end, -end, plane, 4.0 * half)] if half else [], [], [centre], end)
     return _spanned(np.array(held), plane, size)
+
+
+def _credible(half, held, size):
+    """Half the length of a body by its inertia, if what else is drawn does not contradict.
+
+    A bar that is held at a quarter of its length reaches twice as far from its centre as the point
+    by which it is held.  What would reach farther, by an inertia that was given at random, reaches
+    as far as this point; a body that is held nowhere is not longer than the system.
+    """
+    far = max((np.linalg.norm(p) for p in held), default=0.0)
+    if far:
+        return half if half <= FARTHEST * far * (1.0 + 1e-9) else far
+    return min(half, 0.5 * size)
 
 
 def _chassis(held, half, plane):
@@ -93,9 +110,12 @@ def _spanned(held, plane, size):
     return Shape([corners], [], [], held[-1])
 
 
-def spatial(mass, inertia, held, radius):
+def spatial(mass, inertia, held, radius, size):
     """A body in space: a disc, a cylinder or a box by its moments of inertia; see `flat`."""
     inertia, centre = np.asarray(inertia, float), np.zeros(3)
+    half = np.sqrt(3.0 * inertia.max() / mass) if mass > 0.0 else 0.0
+    if half and not radius:  # moments of one body of another size
+        inertia = inertia * (_credible(half, held, size) / half) ** 2
     lines = _to(held)
     if not (mass > 0.0 and inertia.max() > 0.0):
         return Shape([], lines, [centre], centre)

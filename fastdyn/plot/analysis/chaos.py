@@ -8,6 +8,7 @@ import numpy as np
 
 from fastdyn.plot import style
 from fastdyn.plot.needed import needed
+from fastdyn.words.near import did_you_mean
 
 FEW = 12  # starts whose points have a colour of their own
 COLOURS = ["#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#0072B2", "#D55E00", "#F0E442", "#999999"]
@@ -26,13 +27,13 @@ def indices(labels, components):
         elif not isinstance(one, str | bool) and one in range(len(names)):
             found.append(int(one))
         else:
-            raise ValueError(f"There is no component {one!r}; choose from {', '.join(names)}.")
+            advice = did_you_mean(one, names) or f"choose from {', '.join(names)}."
+            raise ValueError(f"There is no component {one!r}; {advice}")
     return found
 
 
 def section(result, components, angles, **options):
     """The points of a section, a colour for each of a few starts."""
-    pyplot = needed("matplotlib.pyplot")
     labels = result.equations.labels(len(result.y))
     shown, wrapped = indices(labels, components), indices(labels, angles)
     if len(shown) != 2:
@@ -40,15 +41,14 @@ def section(result, components, angles, **options):
     y = result.y.copy()
     y[wrapped] = (y[wrapped] + math.pi) % math.tau - math.pi
     with style.slides():
-        drawing = pyplot.figure(**{"figsize": (9, 7.5), "layout": "constrained"} | options)
-        axes = drawing.add_subplot()
+        drawing, axes = style.single(**{"figsize": (9, 7.5)} | options)
         n_starts = len(result.y0)
         size = min(6.0, max(2.2, 250.0 / math.sqrt(max(len(result.t), 1))))
         for k in range(n_starts):
             points = y[:, result.start == k][shown]
             colour = style.COLOURS[k % 6] if n_starts <= FEW else "k"
             axes.plot(*points, ".", ms=size, mew=0, color=colour, rasterized=True)
-        axes.set(xlabel=str(labels[shown[0]]), ylabel=str(labels[shown[1]]))
+        axes.set(xlabel=style.named(labels[shown[0]]), ylabel=style.named(labels[shown[1]]))
         for axis, k in zip((axes.xaxis, axes.yaxis), shown, strict=True):
             if k in wrapped:
                 style.in_pi(axis)
@@ -104,7 +104,6 @@ def _with_error(value, error):
 
 def basin(result, **options):
     """The plane of starts, a colour for each attractor, the attractors as marks."""
-    pyplot = needed("matplotlib.pyplot")
     colors, patches = needed("matplotlib.colors"), needed("matplotlib.patches")
 
     n, (i, j) = len(result.attractors), result.components
@@ -113,8 +112,7 @@ def basin(result, **options):
     tones = COLOURS[:n] if n <= len(COLOURS) else _many(n)
     palette = colors.ListedColormap([APART, FAILED, NOT_SETTLED, *tones])
     with style.slides():
-        drawing = pyplot.figure(**{"figsize": (9.5, 8), "layout": "constrained"} | options)
-        axes = drawing.add_subplot()
+        drawing, axes = style.single(**{"figsize": (9.5, 8)} | options)
         axes.grid(visible=False)
         dx, dy = (0.5 * (v[1] - v[0]) for v in (result.x, result.y))
         extent = (result.x[0] - dx, result.x[-1] + dx, result.y[0] - dy, result.y[-1] + dy)
@@ -137,7 +135,15 @@ def basin(result, **options):
             place = 0.5 * (low + high)[[i, j]]
             if np.abs(high - low).max() <= 1e-3 * max(1.0, np.abs(high).max()):
                 axes.plot(*place, "o", mfc="white", mec="k", mew=1.8, ms=9)
-        axes.set(xlim=extent[:2], ylim=extent[2:], xlabel=str(labels[i]), ylabel=str(labels[j]))
+        axes.set(
+            xlim=extent[:2],
+            ylim=extent[2:],
+            xlabel=style.named(labels[i]),
+            ylabel=style.named(labels[j]),
+        )
+        if drawing not in style.OURS:
+            axes.legend(handles=handles)
+            return drawing
         if len(entries) > ALL:
             drawing.set_size_inches(*(options.get("figsize") or (14, 8)))
         place = "outside upper center" if len(entries) <= ALL else "outside right upper"
@@ -148,4 +154,5 @@ def basin(result, **options):
 def _many(n):
     """Colours of more attractors than the palette has."""
     pyplot = needed("matplotlib.pyplot")
+
     return [pyplot.get_cmap(MANY)(k / 20) for k in range(n)]

@@ -5,7 +5,6 @@ import itertools
 import numpy as np
 
 from fastdyn.plot import style
-from fastdyn.plot.needed import needed
 
 MOST_MODES = 6  # whose shapes are drawn
 STABLE = "#eaf3ee"
@@ -13,11 +12,10 @@ STABLE = "#eaf3ee"
 
 def figure(linearisation, **options):
     """Eigenvalues beside the shapes of the modes."""
-    pyplot = needed("matplotlib.pyplot")
     one, modes = linearisation, linearisation.modes[:MOST_MODES]
     with style.slides():
-        size = {"figsize": (13, 1.9 + 1.35 * max(3, len(modes))), "layout": "constrained"}
-        drawing = pyplot.figure(**size | options)
+        size = {"figsize": (13, 1.9 + 1.35 * max(3, len(modes)))}
+        drawing = style.new_figure(**size | options)
         grid = drawing.add_gridspec(max(1, len(modes)), 2)
         plane = drawing.add_subplot(grid[:, 0])
         marks = [(mode.eigenvalue, colour) for mode, colour in zip(modes, _colours(), strict=False)]
@@ -67,11 +65,8 @@ def _about(one):
 
 def eigenvalues(equilibria, **options):
     """The eigenvalues of several equilibria in one plane."""
-    pyplot = needed("matplotlib.pyplot")
     with style.slides():
-        size = {"figsize": (9, 7.2), "layout": "constrained"}
-        drawing = pyplot.figure(**size | options)
-        plane = drawing.add_subplot()
+        drawing, plane = style.single(**{"figsize": (9, 7.2)} | options)
         found = list(equilibria)
         for one, colour in zip(found, _colours(), strict=False):
             place = ", ".join(f"{round(value, 9) + 0.0:.3g}" for value in one.y)

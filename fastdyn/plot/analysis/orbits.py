@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from fastdyn.plot import style
+from fastdyn.words.letters import letters
 
 from .chaos import indices
 
@@ -26,10 +27,10 @@ def figure(orbit, components, **options):
             plane.annotate(
                 "", xy=orbit.y[[i, j], at], xytext=orbit.y[[i, j], at - 1], arrowprops=head
             )
-            plane.set(xlabel=str(labels[i]), ylabel=str(labels[j]))
+            plane.set(xlabel=style.named(labels[i]), ylabel=style.named(labels[j]))
         else:
             plane.plot(orbit.t, orbit.y[0], lw=2.2)
-            plane.set(xlabel="t", ylabel=str(labels[0]))
+            plane.set(xlabel="t", ylabel=style.named(labels[0]))
         plane.margins(0.12)
         plane.set_title(f"period {orbit.period:.8g}")
         turn = np.linspace(0.0, 2.0 * math.pi, 361)
@@ -61,9 +62,8 @@ def branch(result, component, **options):
             label = f"{special.kind}, {special.value:.6g}"
             above.plot(special.value, special.orbit.amplitude[k], label=label, **mark)
             below.plot(special.value, special.orbit.period, **mark)
-        unit = f" ({labels[k].unit})" if labels[k].unit else ""
-        above.set_ylabel(f"amplitude of\n{labels[k].name}{unit}")
-        below.set(xlabel=style.with_unit(result.parameter, result.unit), ylabel="period")
+        above.set_ylabel(f"amplitude of\n{style.named(labels[k])}")
+        below.set(xlabel=style.with_unit(letters(result.parameter), result.unit), ylabel="period")
         above.set_ylim(bottom=0.0)
         style.legend(drawing, above)
     return drawing
@@ -95,7 +95,8 @@ def response(result, components, **options):
         for name, sweep in result.sweeps.items():
             for k in shown:
                 colour = style.COLOURS[(k + len(shown) * (name == "down")) % 6]
-                label = labels[k].name if name == "exact" else f"{labels[k].name}, sweep {name}"
+                what = letters(labels[k].name)
+                label = what if name == "exact" else f"{what}, sweep {name}"
                 look = {"color": colour, "ls": SWEEPS[name], "label": label}
                 if len(result.frequencies) < 20:
                     look["marker"] = "o"

@@ -3,7 +3,6 @@
 import numpy as np
 
 from fastdyn.plot import style
-from fastdyn.plot.needed import needed
 
 ARROWS = 23  # of the field, a side
 HEADS = (0.5,)  # shares of a trajectory at which an arrow head shows its direction
@@ -16,12 +15,9 @@ NULLCLINES = ("#E69F00", "#CC79A7")
 
 def figure(portrait, nullclines, **options):
     """Draw a Portrait."""
-    pyplot = needed("matplotlib.pyplot")
     p, labels = portrait, portrait.equations.labels(2)
     with style.slides():
-        size = {"figsize": (10.5, 8), "layout": "constrained"}
-        drawing = pyplot.figure(**size | options)
-        axes = drawing.add_subplot()
+        drawing, axes = style.single(**{"figsize": (10.5, 8)} | options)
         axes.grid(visible=False)
         _field(axes, p)
         if nullclines:
@@ -35,7 +31,12 @@ def figure(portrait, nullclines, **options):
             style_of = "-" if cycle.stable else (0, (2, 1))
             axes.plot(*cycle.y, color="k", lw=2.6, ls=style_of, label=label, zorder=5)
         _equilibria(axes, p.equilibria)
-        axes.set(xlim=p.box[0], ylim=p.box[1], xlabel=str(labels[0]), ylabel=str(labels[1]))
+        axes.set(
+            xlim=p.box[0],
+            ylim=p.box[1],
+            xlabel=style.named(labels[0]),
+            ylabel=style.named(labels[1]),
+        )
         for axis, label in zip((axes.xaxis, axes.yaxis), labels, strict=True):
             if label.unit == ANGLE:
                 style.in_pi(axis)

@@ -6,12 +6,10 @@ step; `fun` is not called there.  With `nonnegative`, the equations are continue
 least 0.  `kernels/output/borders.py` checks the end of each step.
 """
 
-import warnings
-
 import numpy as np
 
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
-from fastdyn.compile.sentences import levels_inside
+from fastdyn.compile.sentences import warn
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.output.arguments import CHECKS, CLIPS, WITHIN
 from fastdyn.problem.lsoda import NAME as LSODA
@@ -118,10 +116,9 @@ def check_start(problem):
 def warn_of_cut(cut):
     """Warn if `cut`, the sum of the corrections to 0 in units of `atol`, is large."""
     if cut > MOST_CUT:
-        warnings.warn(
+        warn(
             f"`nonnegative` has returned components to 0 so often that {cut:.3g} times their "
-            "`atol` was added to them: give a smaller `atol`, or a method for stiff problems.",
-            stacklevel=levels_inside(),
+            "`atol` was added to them: give a smaller `atol`, or a method for stiff problems."
         )
 
 

@@ -9,9 +9,10 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from fastdyn.words import kinds
+from fastdyn.words.near import did_you_mean
+
 from ..lsoda import NAME as LSODA
-from . import kinds
-from .near import did_you_mean
 
 # Who may refuse an option beside the public functions, which have their names:
 SITUATIONS = {
@@ -150,6 +151,9 @@ def _callback(value):
 
 
 BORDER = "the solution has no derivative where it meets the border"
+JACOBIANS = "Jacobians are exact where F can be traced, and by differences elsewhere"
+ONE_BY_ONE = "`solve_dae`, trajectory by trajectory, has it"
+BEHIND = f"a state behind a jump is computed in Python: {ONE_BY_ONE}"
 
 
 def exact(number):
@@ -188,29 +192,33 @@ ALL_OPTIONS = (
         'as with "2-point".  Functions that return sparse matrices run in Python.',
         with_jacobian, kind=kinds.jacobian, scipys=True, matlab="Jacobian", words="dfun",
         refused=_not(
-            solve_dae="Jacobians are exact where F can be traced, and by differences elsewhere"
+            solve_dae=JACOBIANS, solve_dae_ensemble=JACOBIANS,
+            adjoint="the sweep takes the exact Jacobian, which is that of the solve without `jac`",
         ),
     ),
     Option(
         "jac_sparsity", "array_like or sparse matrix, shape (n, n)",
         "The places of elements of the Jacobian, for differences with fewer evaluations and for "
         "sparse elimination.  Not needed for an exact Jacobian.",
-        with_matrices, kind=kinds.matrix, refused=_not("solve_dae"), scipys=True, matlab="JPattern",
+        with_matrices, kind=kinds.matrix, scipys=True,
+        refused=_not("solve_dae", "solve_dae_ensemble"), matlab="JPattern",
     ),
     Option(
         "lband", "int or None",
         'For "LSODA", as in SciPy: the numbers of diagonals of the Jacobian below and above the '
         "main diagonal.  A function `jac` then returns the diagonals.",
-        lsoda, kind=kinds.whole, refused=_not("solve_dae", "discrete"), scipys=True,
+        lsoda, kind=kinds.whole, refused=_not("solve_dae", "solve_dae_ensemble", "discrete"),
+        scipys=True,
     ),
     Option(
         "uband", "", "",
-        lsoda, kind=kinds.whole, refused=_not("solve_dae", "discrete"), scipys=True,
+        lsoda, kind=kinds.whole, refused=_not("solve_dae", "solve_dae_ensemble", "discrete"),
+        scipys=True,
     ),
     Option(
         "min_step", "float", 'For "LSODA", as in SciPy: the shortest step.',
-        lsoda, default=0.0, kind=kinds.number, refused=_not("solve_dae"), scipys=True,
-        matlab="MinStep",
+        lsoda, default=0.0, kind=kinds.number, refused=_not("solve_dae", "solve_dae_ensemble"),
+        scipys=True, matlab="MinStep",
     ),
     Option(
         "mass", "array_like, shape (n, n), or callable",
@@ -219,15 +227,18 @@ ALL_OPTIONS = (
         "equations.",
         with_mass, kind=kinds.matrix_or_function, matlab="Mass",
         refused=_not(
-            "energy_drift", "solve_dae", "SciPy", solve_phases="it is of one solve_ivp",
+            "energy_drift", "solve_dae", "solve_dae_ensemble", "SciPy",
+            solve_phases="it is of one solve_ivp",
             sensitivity="solve for y' in `fun` where the matrix is regular",
+            adjoint="solve for y' in `fun` where the matrix is regular",
         ),
     ),
     Option(
         "step", "float",
         "Size of constant steps.  Steps are never shortened: if the span is not a whole number of "
         "steps, the last step overshoots and the end is interpolated.",
-        constant, kind=kinds.number, refused=_not("residual"), words="dt h", in_key=True,
+        constant, kind=kinds.number, refused=_not("residual", "solve_dae_ensemble"), words="dt h",
+        in_key=True,
     ),
     Option(
         "on_event", "callable or sequence of callable or None",
@@ -238,8 +249,8 @@ ALL_OPTIONS = (
         "occurrence of this number ends the run and does not change the state.  Events that "
         "accumulate at one time end the run with status -1.",
         refused=_not(
-            "Stepper", "energy_drift", "complex", "SciPy", "again",
-            solve_phases="`after` of a phase changes the state",
+            "energy_drift", "complex", "SciPy", "again",
+            solve_phases="`after` of a phase changes the state", solve_dae_ensemble=BEHIND,
         ),
     ),
     Option(
@@ -247,53 +258,61 @@ ALL_OPTIONS = (
         "Schedules that follow the `events`, ``fastdyn.at(at)`` and ``fastdyn.every(every)``: "
         "exact times, at which a step ends and `on_event` acts as at an event.",
         refused=_not(
-            "Stepper", "energy_drift", "SciPy", "second pass",
-            solve_phases="`after` of a phase changes the state",
+            "energy_drift", "SciPy", "second pass",
+            solve_phases="`after` of a phase changes the state", solve_dae_ensemble=ONE_BY_ONE,
         ),
     ),
     Option(
         "every", "", "",
         refused=_not(
-            "Stepper", "SciPy", "second pass",
-            solve_phases="`after` of a phase changes the state",
+            "SciPy", "second pass",
+            solve_phases="`after` of a phase changes the state", solve_dae_ensemble=ONE_BY_ONE,
         ),
     ),
     Option(
         "discrete", "array_like of float, shape (m,)",
         "States d that only events and schedules change: all functions are called as ``fun(t, y, "
         "d, *args)``, and the functions of `on_event` return ``(y, d)``.",
-        none, refused=_not("Stepper", "energy_drift", "solve_second_order", "solve_separable"),
+        none, refused=_not(
+            "energy_drift", "solve_second_order", "solve_separable", solve_dae_ensemble=BEHIND
+        ),
     ),
     Option(
         "breakpoints", "array_like of float",
         "Times at which `fun` has a kink or a jump: adaptive methods end a step there.",
-        adaptive, kind=kinds.times, refused=_not("Stepper", "energy_drift", "SciPy"),
+        adaptive, kind=kinds.times,
+        refused=_not("energy_drift", "SciPy", solve_dae_ensemble=BEHIND),
     ),
     Option(
         "project", "callable",
         "``project(t, y, *args)`` returns the state at the end of each step to its constraints or "
         "its energy, at the cost of one more evaluation of `fun`.  States at the times of `t_eval` "
         "are projected, too; states of `sol` are not.",
-        refused=_not("energy_drift", "solve_dae", "complex", "SciPy", "sensitivity", "adjoint"),
+        refused=_not(
+            "energy_drift", "solve_dae", "solve_dae_ensemble", "complex", "SciPy", "sensitivity",
+            "adjoint",
+        ),
     ),
     Option(
         "domain", "",
         "``domain(t, y, *args)`` returns whether `fun` is defined; `nonnegative`, True, indices or "
         "bools, names the components that must not become negative.",
         refused=_not(
-            "energy_drift", "solve_dae", "complex", "SciPy", sensitivity=BORDER, adjoint=BORDER
+            "energy_drift", "solve_dae", "solve_dae_ensemble", "complex", "SciPy",
+            sensitivity=BORDER, adjoint=BORDER,
         ),
     ),
     Option(
         "nonnegative", "", "", matlab="NonNegative",
         refused=_not(
-            "energy_drift", "solve_dae", "complex", "SciPy", sensitivity=BORDER, adjoint=BORDER
+            "energy_drift", "solve_dae", "solve_dae_ensemble", "complex", "SciPy",
+            sensitivity=BORDER, adjoint=BORDER,
         ),
     ),
     Option(
         "max_steps", "int",
         "Largest number of accepted steps; then the run ends with status -1.",
-        kind=kinds.number, check=_limit, refused=_not("Stepper", "second pass", "repetition"),
+        kind=kinds.whole, check=_limit, refused=_not("Stepper", "second pass", "repetition"),
         in_key=True,
     ),
     Option(
@@ -315,7 +334,7 @@ ALL_OPTIONS = (
         check=_callback,
         refused=_not(
             "Stepper", "prepare", "solve_ensemble", "energy_drift", "sensitivity", "adjoint",
-            "again", "second pass", "repetition",
+            "again", "second pass", "repetition", solve_dae_ensemble=ONE_BY_ONE,
         ),
     ),
     Option(
@@ -326,8 +345,7 @@ ALL_OPTIONS = (
         kind=kinds.path, check=_as_it_is,
         refused=_not(
             "Stepper", "prepare", "solve_ensemble", "SciPy", "sensitivity", "adjoint", "again",
-            "second pass", "repetition",
-            solve_dae="solve in parts, each from the end of the last one",
+            "second pass", "repetition", solve_dae_ensemble=ONE_BY_ONE,
         ),
     ),
     Option(
@@ -337,9 +355,8 @@ ALL_OPTIONS = (
         'arguments ("args").  See Notes.',
         none,
         refused=_not(
-            "Stepper", "solve_ensemble", "energy_drift", "second pass", "solve_separable",
-            solve_phases="it is of one solve_ivp",
-            solve_dae="differences of two solves tell how a solution depends on a number",
+            "Stepper", "energy_drift", "second pass", "solve_separable",
+            solve_phases="it is of one solve_ivp", solve_dae_ensemble=ONE_BY_ONE,
         ),
     ),
     Option(
@@ -347,13 +364,14 @@ ALL_OPTIONS = (
         "Keep the steps, so that ``result.vjp(g)`` goes back over them: it returns the exact "
         "derivatives of any number that depends on the solution, from its derivatives g by `y`, "
         "with respect to the variables named as in `sensitivity`, at a cost that does not grow "
-        "with their number.  For embedded explicit pairs.",
+        "with their number.  For all methods but Taylor, BDF and LSODA.",
         none,
         refused=_not(
             "Stepper", "prepare", "solve_ensemble", "energy_drift", "second pass",
-            "solve_second_order", "solve_separable", "discrete",
+            "solve_second_order", "solve_separable",
             solve_phases="it is of one solve_ivp",
-            solve_dae="differences of two solves tell how a solution depends on a number",
+            solve_dae="`sensitivity` computes the derivatives along the solution",
+            solve_dae_ensemble="`sensitivity` of `solve_dae` computes them along the solution",
         ),
     ),
     Option(
@@ -362,7 +380,8 @@ ALL_OPTIONS = (
         "half the step, which takes 1.4 to 2.5 times the evaluations of the first pass.",
         none, kind=kinds.flag,
         refused=_not(
-            "Stepper", "prepare", "solve_ensemble", "solve_dae", "second pass",
+            "Stepper", "prepare", "solve_ensemble", "solve_dae", "solve_dae_ensemble",
+            "second pass",
             "solve_second_order", "solve_separable", solve_phases="it is of one solve_ivp",
         ),
     ),
@@ -372,7 +391,7 @@ ALL_OPTIONS = (
         'that contains `fun` is compiled first.  "auto": shared, then inlined, once a thread has '
         "made that kernel, after 50 ms.  The bits are equal.",
         default="auto", check=_one_of("compile", COMPILE),
-        refused=_not("solve_ensemble", "residual"), in_key=True,
+        refused=_not("solve_ensemble", "residual", "solve_dae_ensemble"), in_key=True,
     ),
 )  # fmt: skip
 OPTIONS = {option.name: option for option in ALL_OPTIONS}

@@ -12,7 +12,7 @@ from fastdyn.compile.derivatives.sparse_jacobian import (
     is_sparse,
     pattern_of,
 )
-from fastdyn.compile.python_callback import evaluate
+from fastdyn.compile.python_callback import evaluate, value_of
 from fastdyn.compile.sentences import GaveUp, WritesToState
 from fastdyn.compile.traced.known import facts_of
 from fastdyn.compile.traced.make import Near
@@ -61,7 +61,7 @@ def _bind(problem, fun, mode, near):
         return bind_sparse_matrix(fun) if is_sparse(fun) else bind_matrix(fun)
     bound = bind(fun, p.args, mode, n, near)
     if mode.matrix and bound.function is None:
-        found = fun(p.t0, p.y0.copy(), *p.args)
+        found = value_of(fun, p.args, mode.argument, p.t0, p.y0.copy())
         if is_sparse(found):
             return bind_sparse_function(fun, p.args, n, p.sparsity or pattern_of(found, n))
     return bound

@@ -125,7 +125,7 @@ def compare(run, count, fresh) -> dict[int, int]:
         if not bound.mode.compared:
             continue
         t, y = _given(run, bound, count) if bound.mode.acts_at_events else solution
-        half, more, given = bound.mode.half, ([], []), _parts(bound, y)
+        half, more, given = bound.mode.half, ([], []), parts(bound, y)
         missing = fresh.get(id(bound.block), 0)
         if missing and half is None:
             more, hidden[id(bound.block)] = _showing(run, bound, missing, t, y)
@@ -144,7 +144,7 @@ def compare_at(bounds, t, y):
         return
     for bound in bounds:
         if bound.function is not None and bound.mode.compared and not bound.pair:
-            compare_along(bound, [t], _parts(bound, [y]))
+            compare_along(bound, [t], parts(bound, [y]))
 
 
 def off_the_solution(both):
@@ -157,7 +157,7 @@ def off_the_solution(both):
     return np.concatenate([y, yp + OFF * (size + (size.max(initial=0.0) or 1.0))])
 
 
-def _parts(bound, states):
+def parts(bound, states):
     """States, or the halves of states that a function of a pair is given."""
     if bound.mode.residual:
         return [off_the_solution(each) for each in states]

@@ -100,7 +100,7 @@ def keep_true(functions, args, near, callbacks):
             if not each.holds():
                 raise CannotFollow(
                     f"`{getattr(each.fun, '__name__', 'fun')}` reads what another function "
-                    "changes meanwhile, and would be another function then."
+                    "changes during the solve, so that its code no longer holds."
                 )
 
     for callback in callbacks:
@@ -128,12 +128,12 @@ class Followed:
         if block[JACOBIAN]:
             raise CannotFollow(
                 f"`{getattr(self.fun, '__name__', 'fun')}` reads what other functions of the "
-                'solve change, and its Jacobian is that of before: give `jac="2-point"`.'
+                'solve change, and its Jacobian cannot follow: give `jac="2-point"`.'
             )
         if BASE in own.function.notes:
             raise CannotFollow(
                 f"`{getattr(own.keepalive[0], '__name__', 'fun')}` reads what another function of "
-                "the solve changes, and its sensitivities are those of the function before."
+                "the solve changes, and its sensitivities cannot follow."
             )
         self._n_made += known_trace(self.fun, self._args, own.mode, n) is None
         refused = "it changes too often" if self._n_made > MOST_MADE else None

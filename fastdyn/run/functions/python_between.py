@@ -86,7 +86,7 @@ class PythonBetween:
             if any(b.function is None and may_act(f, p.args, b.mode, n) for b, f in functions):
                 leave_to_python(reason.bound, reason)
                 raise RuntimeError(
-                    f"{reason}, and the solve is not repeated, as functions of it have changed "
-                    "what they use; the next one runs in Python."
+                    f"{reason}, and the solve is not repeated in Python, because its functions "
+                    "have changed what they use; the next solve runs in Python."
                 ) from None
             raise

@@ -1,16 +1,17 @@
 """Steps and warnings of a solve at the switching times of its equations: see `trace.switching`.
 
 Steps of fastdyn's own methods end there, as at breakpoints.  The steps of other methods do not: if
-one of them jumps over two changes, a warning tells it, once a function.
+one of them jumps over two changes, a warning tells it, once a function.  Where only derivatives
+change that a sweep takes, nothing else shows the change to the steps: those of all methods end.
 """
 
 import math
-import warnings
 
 import numpy as np
 
 from fastdyn.compile.callables import codes
-from fastdyn.compile.sentences import levels_inside
+from fastdyn.compile.derivatives.sensitivities import slots_of
+from fastdyn.compile.sentences import warn
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.problem.step_options import segments_of_members, segments_of_span
 from fastdyn.trace.reads.reads import flat
@@ -29,11 +30,24 @@ def switching_of(problem, bound):
     p, function = problem, bound.function
     if function is None or function.traced is None or bound.pair or p.mode.residual:
         return None
-    ends = p.ends_at_switches
-    if not ends and (not p.method.looks or _place_told(bound) in function.notes):
+    ends, hidden = p.ends_at_switches, None
+    told = not p.method.looks or _place_told(bound) in function.notes
+    if not ends and told and not p.differentiated:
         return None
     switches = function.traced.switches
-    return None if switches is None else Switching(bound, switches, ends, p.method)
+    if switches is None:
+        return None
+    if p.differentiated:
+        hidden = _with_derivatives(bound, p.differentiated)
+    return Switching(bound, switches, hidden, ends, p.method)
+
+
+def _with_derivatives(bound, positions):
+    """The Switches of a function and of its derivatives by the arguments at positions."""
+    traced = bound.function.traced
+    groups = tuple([bound.at[j - 1] for j in positions])
+    slots = [slot for group in groups for slot in slots_of(traced.trace.reads, group, 0)]
+    return bound.function.derived((KEPT, groups), lambda: traced.switches_by(slots))
 
 
 def _place_told(bound):
@@ -52,8 +66,9 @@ class Switching:
         As of `kernels.output.arguments.Output`.
     """
 
-    def __init__(self, bound, switches, ends, method):
-        self._switches, self._notes, self.ends = switches, bound.function.notes, ends
+    def __init__(self, bound, switches, hidden, ends, method):
+        self._switches, self._hidden = switches, hidden
+        self._notes, self.ends = bound.function.notes, ends
         self._name = method.name.removesuffix(ON_PAIRS)
         self.changes, self.looks = NO_TIMES, np.array(method.looks)
         begin, self._groups = 0, []  # on which the times depend
@@ -80,27 +95,29 @@ class Switching:
         Where there are too many switching times, those of a first part of the span end steps, and
         no step is longer than the shortest distance between these.
         """
-        found = self._times(given, t0, tf)
+        found = self._times(self._switches, given, t0, tf)
         if not self.ends:
             changes = found.t[found.sharp]
             several = len(changes) > 1  # a single change is seen behind it
             self.changes = (changes if tf > t0 else changes[::-1].copy()) if several else NO_TIMES
+        if self._hidden is not None:
+            both = self._times(self._hidden, given, t0, tf)
+            shown = found.t if not self.ends else NO_TIMES
+            found = both._replace(t=both.t[~np.isin(both.t, shown)])
+        if not self.ends and (self._hidden is None or not len(found.t)):
             return asked, h_max
         times = found.t if not len(asked) else np.r_[found.t, asked[:-1, 2]]
         if found.end != tf and len(found.t) > 1:
             h_max = min(h_max, float(np.diff(found.t).min()))
         return segments_of_span(times, t0, tf), h_max
 
-    def _times(self, given, t0, tf):
-        """The Times in a span; the last ones are kept."""
-        key = self.key(given, t0, tf)
-        kept = self._notes.get((KEPT, self.ends))
+    def _times(self, switches, given, t0, tf):
+        """The Times of Switches in a span; the last ones are kept."""
+        key, most = self.key(given, t0, tf), None if self.ends else MOST_TOLD
+        place = KEPT, most, switches
+        kept = self._notes.get(place)
         if kept is None or kept[0] != key:
-            most = None if self.ends else MOST_TOLD
-            kept = self._notes[KEPT, self.ends] = (
-                key,
-                self._switches.times(flat(given), t0, tf, most=most),
-            )
+            kept = self._notes[place] = key, switches.times(flat(given), t0, tf, most=most)
         return kept[1]
 
     def tell(self, bound, record):
@@ -111,12 +128,12 @@ class Switching:
         self._notes[place] = True
         fun = bound.keepalive[0]
         a, b = self.changes[i - 1 : i + 1].tolist()
-        warnings.warn(
+        warn(
             f"`{getattr(fun, '__name__', 'fun')}` changes at t = {a:.10g} and t = {b:.10g}, and no "
             f"step of {self._name} looked there: what happens between is lost. Take 'auto', "
             "'Tsit5', 'Vern9' or 'Rodas5P', whose steps end at such times, or give `breakpoints=` "
             f"or `max_step={abs(b - a):.2g}`; where the state decides, events.",
-            SwitchingWarning, stacklevel=levels_inside(),
+            SwitchingWarning
         )  # fmt: skip
 
     # -- ensembles

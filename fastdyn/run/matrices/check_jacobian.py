@@ -1,9 +1,7 @@
 """Compares the user's Jacobian, or its pattern, with differences of `fun`.
 
-Each pair of `fun` and Jacobian is compared once.
+Each pair of `fun` and Jacobian is compared once by each method.
 """
-
-import warnings
 
 import numpy as np
 
@@ -12,7 +10,9 @@ from fastdyn.compile import memory
 from fastdyn.compile.derivatives.jacobian_block import groups_of
 from fastdyn.compile.derivatives.sparse_jacobian import is_sparse
 from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.sentences import levels_inside
+from fastdyn.compile.python_callback import matrix as as_matrix
+from fastdyn.compile.sentences import warn
+from fastdyn.compile.traced.known import may_act
 from fastdyn.kernels.calls.block import RAISED_WORD
 from fastdyn.specialise.scalar import evaluate_kernel
 
@@ -25,29 +25,37 @@ _checked = memory.Table()  # functions with their Jacobians or patterns
 
 
 def check_jacobian(problem, bound, jacobian):
-    """Warn if a Jacobian is not the derivative of the equations, for compiled functions.
+    """Warn if a Jacobian is not the derivative of the equations.
 
-    If the function returns sparse matrices, or has many components, a product with a vector is
-    compared instead of the elements.
+    If the function returns sparse matrices, or has many components, or runs in Python, a product
+    with a vector is compared instead of the elements.  Python functions that may do more than give
+    values are not called.
     """
     given, compiled = jacobian.keepalive[0], jacobian.function
     sparse = jacobian.mode.entries or is_sparse(given)
-    if bound.function is None or bound.pair or (compiled is None and not sparse):
+    n = len(problem.y0)
+    if bound.pair or _may_act(bound, n) or (not sparse and _may_act(jacobian, n)):
         return
-    if not _first_time(bound, compiled.key if compiled else id(given), given):
+    place = problem.method.name, compiled.key if compiled else id(given)
+    if not _first_time(bound, place, given):
         return
+    whole = sparse or bound.function is None or compiled is None or n > MANY
     for y, size in _states(problem):
-        if sparse or len(y) > MANY:
-            found = _wrong_product(bound, jacobian, problem.t0, y, size)
-        else:
-            found = _wrong_element(bound, jacobian, problem.t0, y, size)
+        found = (_wrong_product if whole else _wrong_element)(bound, jacobian, problem.t0, y, size)
         if found:
-            warnings.warn(
+            warn(
                 f"`jac` is not the Jacobian of `fun`: {found} Correct it, or leave it out: a wrong "
-                "one costs many steps.",
-                stacklevel=levels_inside(),
+                "one costs many steps."
             )
             return
+
+
+def _may_act(bound, n):
+    """Whether a function runs in Python and may do more than give a value."""
+    if bound.mode.constant:
+        return False
+    fun, args = bound.keepalive[:2]
+    return bound.function is None and may_act(fun, args, bound.mode, n)
 
 
 def check_sparsity(problem, bound, entries):
@@ -65,10 +73,9 @@ def check_sparsity(problem, bound, entries):
     else:
         found = _missing_row(p, bound)
     if found:
-        warnings.warn(
+        warn(
             f"`jac_sparsity` is not the pattern of the Jacobian of `fun`: it lacks {found}. "
-            "Correct it, or leave it out: a wrong one costs many steps.",
-            stacklevel=levels_inside(),
+            "Correct it, or leave it out: a wrong one costs many steps."
         )
 
 
@@ -100,9 +107,14 @@ def _wrong_element(bound, jacobian, t, y, size):
         return None
     i, j = np.argwhere(wrong)[0]
     return (
-        f"at t = {t:.10g}, y = {y.tolist()} its element ({i}, {j}) is {given[i, j]:.6g}, and `fun` "
+        f"at t = {t:.10g}, y = {_short(y)} its element ({i}, {j}) is {given[i, j]:.6g}, and `fun` "
         f"changes by {near[0][i, j]:.6g} with y[{j}]."
     )
+
+
+def _short(y):
+    """A state in a sentence: of many components the first and the last."""
+    return np.array2string(y, precision=6, threshold=6, edgeitems=2, separator=", ")
 
 
 def _wrong_product(bound, jacobian, t, y, size):
@@ -110,6 +122,7 @@ def _wrong_product(bound, jacobian, t, y, size):
     v = size * np.random.default_rng(1).uniform(0.5, 1.0, len(y))
     if jacobian.function is None or jacobian.mode.constant:
         matrix = jacobian.python(t, y)
+        matrix = matrix if is_sparse(matrix) else as_matrix(np.atleast_2d(matrix), len(y))
     else:
         matrix = evaluated(jacobian, t, y, len(y) ** 2).reshape(len(y), -1)
     given, terms = matrix @ v, abs(matrix) @ v

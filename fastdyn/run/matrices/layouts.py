@@ -17,10 +17,13 @@ from fastdyn.compile.derivatives.jacobian_block import (
     pattern_of_batches,
     with_groups,
 )
+from fastdyn.compile.linear_systems.straight_bands import are_short, band_routines
+from fastdyn.compile.linear_systems.straight_elimination import straight_routines
 from fastdyn.kernels.calls.block import (
     BAND,
     FIRST,
     FULL,
+    GROUPS,
     JACOBIAN,
     MATRICES,
     NARROW,
@@ -28,8 +31,6 @@ from fastdyn.kernels.calls.block import (
     OUTSIDE,
     RARE,
 )
-from fastdyn.linear_solvers.straight_bands import are_short, band_routines
-from fastdyn.linear_solvers.straight_elimination import straight_routines
 from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.problem.lsoda import NO_BAND
 from fastdyn.specialise import rare
@@ -133,13 +134,18 @@ def matrices_of(problem, bound, block):
     return Matrices(jacobian, words, n if layout is None else layout.rows, solver, routines)
 
 
-def full_matrices(problem, bound, others):
-    """The Matrices of a solve with full matrices, named in the block of the equations."""
+def matrices_of_member(problem, bound, others):
+    """The Matrices of a solve in an ensemble, full but for those of residuals.
+
+    Writes the addresses of the Jacobian and of the matrices into the block of the equations.
+    """
     block, n = jacobian_of(problem, bound, others), len(problem.y0)
+    if problem.mode.residual:
+        return matrices_of_residual(problem, bound, block, matrices_of)
     known = None if _takes_all(problem, block) else entries_of(block, n)
     words, routines = _straight_words(problem, known)
     _name(bound, block, words)
-    return block, words, routines
+    return Matrices(block, words, n, None, routines)
 
 
 def _name(bound, *blocks):
@@ -150,9 +156,12 @@ def _name(bound, *blocks):
 
 
 def _takes_all(problem, block):
-    """True if the method reads all elements: LSODA takes the norm of the matrix."""
-    exact = block is not None and is_exact(block)
-    return problem.method.name == LSODA and not (exact and problem.band == NO_BAND)
+    """True if the method reads all elements.
+
+    LSODA takes the norm of the matrix: all elements, or those which the trace knows.
+    """
+    known = block is not None and (is_exact(block) or block[GROUPS] > 0)
+    return problem.method.name == LSODA and not (known and problem.band == NO_BAND)
 
 
 def _layout(n, entries, mass):
@@ -195,15 +204,15 @@ def _straight_words(problem, entries):
 
 def _band(n, entries, mass):
     """The Layout of a band, with the components in another order if the band becomes narrower."""
-    lower, upper = _bandwidths(entries.rows, entries.columns)
+    lower, upper = bandwidths(entries.rows, entries.columns)
     order = NONE
     if mass is not None:
         rows, columns = np.nonzero(mass)
-        more = _bandwidths(rows, columns)
+        more = bandwidths(rows, columns)
         lower, upper = max(lower, more[0]), max(upper, more[1])
     elif lower + upper > SMALL:
-        found = _order(n, entries)
-        narrower = _bandwidths(found[entries.rows], found[entries.columns])
+        found = narrow_order(n, entries.rows, entries.columns)
+        narrower = bandwidths(found[entries.rows], found[entries.columns])
         if GAIN * sum(narrower) <= lower + upper:
             (lower, upper), order = narrower, found
     ld = 2 * lower + upper
@@ -211,18 +220,18 @@ def _band(n, entries, mass):
     return Layout(kind, ld + 1, ld, lower, upper, order)
 
 
-def _bandwidths(rows, columns):
+def bandwidths(rows, columns):
+    """The numbers of diagonals below and above the main diagonal with these entries."""
     far = rows - columns
     return max(0, int(far.max(initial=0))), max(0, int(-far.min(initial=0)))
 
 
-def _order(n, entries):
+def narrow_order(n, rows, columns):
     """The new index of each component by the reverse Cuthill-McKee ordering."""
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-    ones, at = np.ones(len(entries.rows)), (entries.rows, entries.columns)
-    pattern: Any = csr_matrix((ones, at), (n, n))
+    pattern: Any = csr_matrix((np.ones(len(rows)), (rows, columns)), (n, n))
     found = reverse_cuthill_mckee(csr_matrix(pattern + pattern.T), symmetric_mode=True)
     order = np.empty(n, np.int64)
     order[found] = np.arange(n)

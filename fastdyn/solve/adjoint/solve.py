@@ -7,11 +7,12 @@ import numpy as np
 
 from fastdyn.compile.derivatives.compare import compare_vjp
 from fastdyn.compile.derivatives.sensitivities import decides, jump_of
-from fastdyn.compile.derivatives.vjp import bind_vjp, frozen
-from fastdyn.compile.mode import DERIVATIVE, VJP
+from fastdyn.compile.derivatives.vjp import bind_vjp
+from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.compile.traced.known import known_trace
 from fastdyn.compile.traced.make import Near
+from fastdyn.problem.second_order_and_pairs import given_state
 from fastdyn.problem.sensitivities import directions_of
 from fastdyn.run.functions.compared import AT_FIRST, WHEN, Schedule, apart
 from fastdyn.run.loop import Run
@@ -20,12 +21,25 @@ from fastdyn.run.result import OdeResult
 from fastdyn.run.solve_problem import run_of
 
 from ..sensitivities import JUMPS, not_differentiable
-from .keeping import ROOM, Keeping, Kept, kept_in, kept_of
-from .vjp import Vjp
+from .along import along_of
+from .backward import backward_of
+from .events import NO_EVENTS, frozen_of, of_events, without_functions
+from .keeping import ROOM, Keeping
+from .legs import (
+    end_with_step,
+    leg_in,
+    leg_of,
+    legs_of,
+    occurrences_of,
+    outputs_of,
+    steps_in,
+)
+from .plain import PlainVjp, Sweeps, Values
+from .vjp import UNRESOLVED, Vjp, solved_again
 
 EVENTS = (
-    "`adjoint` takes events that act on nothing, in compiled code.  Take `sensitivity` for "
-    "schedules; events that run in Python may change what `fun` uses."
+    "`adjoint` takes events, and actions of `on_event`, in compiled code: those that run in Python "
+    "may change what `fun` uses."
 )
 
 
@@ -34,44 +48,46 @@ def solve_with_adjoint(problem, names):
     p = problem
     directions = directions_of(names, p.fun, p.y0, p.args, "adjoint")
     positions = tuple([d.position for d in directions if d.position])
+    p = problem = p._replace(differentiated=positions)
     try:
-        product = bind_vjp(p.fun, p.args, Near(p.t0, p.tf, p.y0), positions)
+        near, method = Near(p.t0, p.tf, given_state(p)), p.method
+        product = bind_vjp(p.fun, p.args, near, positions, p.mode, method.backward)
+        backward_of(method.name, product)  # may refuse
         run = run_of(p, Run if p.t_eval is None else Keeping)
         bound = run.bounds[0]
         if bound.function is None or bound.function.traced is None:
             raise Uncompilable("it runs in Python")
-        if p.schedules or any(each.function is None for each in run.bounds):
+        if any(each.function is None for each in run.bounds):
             raise ValueError(EVENTS)
+        events = of_events(p, run, positions)
         result = OdeResult(result_of(p, run.solve(p.y0), run))
         if not result.success or not result.n_accepted:
             result["vjp"] = Failed(result.message)
             return result
-        kept = _kept(run, result)
-        _compare(run, p, product, kept)
+        legs = _legs(run, result, events)
+        along = None
+        if _compare(run, p, product, legs):
+            along = along_of(p, directions)
     except (Uncompilable, GaveUp) as reason:
         raise not_differentiable("adjoint", problem, reason) from None
     if decides(product.bound):
-        _refuse_jumps(product.bound, kept)
+        _refuse_jumps(product.bound, legs, result.status == 1)
     directions = [d._replace(value=np.empty(d.value.shape)) for d in directions]
-    p = run.problem
-    if result.status == 1:
-        p = p._replace(tf=float(kept.t[-1]))
-        kept.end_with_step(run)
-    return with_vjp(result, p, bound, bound.given, product, directions, kept)
-
-
-def with_vjp(result, problem, bound, given, product, directions, kept):
-    """The result of a solve with the field `vjp`.
-
-    `bound` are the equations, `given` the values of their parameters.
-    """
-    values = zip([kind for kind, _ in bound.values], given, strict=True)
-    own = frozen(bound.function, None, values, bound.mode, product.n, bound.at)
-    problem = problem._replace(
-        fun=None, args=(), events=None, on_event=(), t_eval=np.array(result.t, float)
-    )
-    result["vjp"] = Vjp(problem, own, product, directions, kept)
+    t, derivatives = np.array(result.t, float), (product, directions, events, along)
+    result["vjp"] = vjp_of(t, run.problem, bound, bound.given, derivatives, legs)
     return result
+
+
+def vjp_of(t, problem, bound, given, derivatives, legs):
+    """The Vjp of a solve with outputs at the times t.
+
+    `bound` are the equations, `given` the values of their parameters; `derivatives` are the
+    product, the directions, an `events.OfEvents`, and an `along.Along` or None.
+    """
+    product, directions, events, along = derivatives
+    own, outputs = frozen_of(bound, product.n, given), outputs_of(legs, t, problem.t_eval is None)
+    problem = without_functions(problem)._replace(t_eval=t)
+    return Vjp(problem, own, product, directions, events, legs, outputs, along)
 
 
 class Again:
@@ -81,27 +97,41 @@ class Again:
         self._names = names
         self._known: Any = None
         self._directions: Any = None
+        self._shapes: Any = None
         self._product: Any = None
+        self._block: Any = None
+        self._schedule: Any = None
+        self._sweeps: Any = None
+        self._copied: Any = None
 
     def run_of(self, problem):
         """A Keeping run of a problem; Uncompilable if the solve needs the long way."""
         p = problem
         found = directions_of(self._names, p.fun, p.y0, p.args, "adjoint")
         self._directions = [d._replace(value=np.empty(d.value.shape)) for d in found]
+        self._shapes = [(d.position - 1, d.value.shape) for d in found if d.position]
         positions = tuple([d.position for d in found if d.position])
-        self._product = bind_vjp(p.fun, p.args, Near(p.t0, p.tf, p.y0), positions)
+        near = Near(p.t0, p.tf, p.y0)
+        self._product = bind_vjp(p.fun, p.args, near, positions, backward=p.method.backward)
+        bound = self._product.bound
+        self._block, self._schedule = bound.block.copy(), _schedule(bound)
         varying = tuple(sorted(positions))
         self._known = known_trace(p.fun, p.args, DERIVATIVE, len(p.y0), varying)
-        run = run_of(p, Keeping)
+        run = run_of(p._replace(differentiated=positions), Keeping)
         if self._known is None or decides(self._product.bound) or run.switching is not None:
             raise Uncompilable("its solves are looked at")
+        if p.method.backward == "stages" and p.method.error_order:
+            self._sweeps = Sweeps(p, self._product, self._directions)
+            self._copied = [Values(each) for each in (run.bounds[0], bound)]
         return run
 
     def suits(self, args):
         """Whether arguments have the shapes of the directions."""
-        return all(
-            np.shape(args[d.position - 1]) == d.value.shape for d in self._directions if d.position
-        )
+        for i, shape in self._shapes:
+            value = args[i]
+            if (() if value.__class__ is float else np.shape(value)) != shape:
+                return False
+        return True
 
     @staticmethod
     def results(problem, plan, own=None):
@@ -118,58 +148,119 @@ class Again:
     @staticmethod
     def keep(run):
         """Keep the steps of a Run that took several chunks, or whose code was compared."""
-        run.kept = kept_of(run)
+        run.kept = legs_of(run)
 
     def finished(self, result, problem, ready, fun, args):
         """The result of a solve by a ReadyRun, with `vjp`; None if it needs the long way."""
-        run, product = ready.run, self._product
-        kept, run.kept = run.kept, None
+        run = ready.run
+        legs, run.kept = run.kept, None
         if not result.success:
             result["vjp"] = Failed(result.message)
             return result
-        values = self._known[0].read(fun, args, product.bound.block.copy())
-        given = ready.given(fun, args)
+        block = self._block.copy()
+        values, given = self._known[0].read(fun, args, block), ready.given(fun, args)
         if values is None or given is None:
             return None
-        bound = product.bound
-        pairs = zip([kind for kind, _ in bound.values], values, strict=True)
-        product = product._replace(
-            bound=frozen(bound.function, None, pairs, VJP, 2 * product.n, bound.at)
-        )
-        kept = kept or kept_in(problem, run.plan, *result["vjp"])
-        _compare(run, problem._replace(fun=fun, args=args), product, kept)
-        return with_vjp(result, problem, run.bounds[0], given, product, self._directions, kept)
+        taken, steps = ready.taken(), None
+        times = taken["t_eval"]
+        if legs is None:
+            memory, shared = result["vjp"]
+            steps = steps_in(run.plan, memory, len(times), taken["t0"], ready.room, shared)
+        if steps is not None and self._is_plain():
+            self._schedule.left[0] -= 1
+            blocks = run.bounds[0].block.copy(), block
+            pairs = zip(self._copied, (given, values), blocks, strict=True)
+            both = [copied.copied(*pair) for copied, *pair in pairs]
+            solve, bound = (*steps, times, blocks), run.bounds[0]
+
+            def whole():
+                p = problem._replace(y0=steps[1][0].copy(), **taken)
+                return self._whole(times, p, bound, both, leg_in(p, *steps))
+
+            result["vjp"] = PlainVjp(self._sweeps, solve, whole)
+            return result
+        p = problem._replace(y0=ready.room.copy(), **taken)
+        legs = legs if steps is None else leg_in(p, *steps)
+        own, along = p._replace(fun=fun, args=args), None
+        if _compare(run, own, self._with(values), legs):
+            with run.not_repeated():
+                along = along_of(own, directions_of(self._names, fun, p.y0, args, "adjoint"))
+        both = given, values
+        result["vjp"] = self._whole(times, p, run.bounds[0], both, legs, along)
+        return result
+
+    def _is_plain(self):
+        """Whether nothing is compared in the next solve."""
+        plain = self._sweeps is not None and self._schedule.left[0] > 1
+        return plain and UNRESOLVED not in self._product.bound.function.notes
+
+    def _with(self, values):
+        """The product with other outside values."""
+        kinds = [kind for kind, _ in self._product.bound.values]
+        return self._product.with_values([*zip(kinds, values, strict=True)])
+
+    def _whole(self, times, problem, bound, both, legs, along=None):
+        """The Vjp of a solve with the values of its equations and of their product."""
+        given, values = both
+        derivatives = self._with(values), self._directions, NO_EVENTS, along
+        return vjp_of(times, problem, bound, given, derivatives, legs)
 
 
-def _kept(run, result):
+def _legs(run, result, events):
     if run.problem.t_eval is not None:
-        return kept_of(run)
+        return legs_of(run)
+    constant = not run.problem.method.error_order
+    if events.acts or (constant and run.problem.schedules):
+        own = frozen_of(run.bounds[0], len(given_state(run.problem)))
+        return legs_of(solved_again(run.problem, own, events.others))
     t, y = result.t, result.y.T  # each step, which the user may change
     between = max(1, math.ceil(y.size / ROOM))
-    return Kept(run.problem, t[1:].copy(), y[::between].copy(), between)
+    rows = np.arange(0, len(t), between)
+    leg = leg_of(run.problem, t.copy(), rows, y[::between].copy(), *occurrences_of(run)[0])
+    if result.status == 1 or constant:
+        end_with_step(leg, run)
+    return [leg]
 
 
-def _compare(run, problem, product, kept):
-    """Compare the product with differences of the function, in solves 1, 2, 4, 8, ..."""
-    p, notes = problem, product.bound.function.notes
-    schedule = notes.setdefault("compared", Schedule(WHEN))
-    if schedule.after_one():
-        chosen = apart(len(kept.states), AT_FIRST)
+def _compare(run, problem, product, legs):
+    """Compare the product with differences of the function, in solves 1, 2, 4, 8, ...
+
+    Returns whether the gradient is to be compared, too.
+    """
+    p, function = problem, product.bound.function
+    due = _schedule(product.bound).after_one()
+    if due:
+        leg = max(legs, key=lambda leg: len(leg.rows))
+        chosen = apart(len(leg.states), AT_FIRST)
         with run.not_repeated():
-            compare_vjp(product, p.fun, p.args, kept.t[:: kept.apart][chosen], kept.states[chosen])
+            compare_vjp(product, p.fun, p.args, leg.t[leg.rows[chosen]], leg.states[chosen])
+    return due or UNRESOLVED in function.notes
 
 
-def _refuse_jumps(bound, kept):
-    """Refuse a jump of the function along the solution, straight between the ends of steps."""
-    times, states = kept.t[:: kept.apart][: len(kept.states)], kept.states
-    sign = 1.0 if times[-1] >= times[0] else -1.0
+def _schedule(bound):
+    """The Schedule of comparisons of a product."""
+    return bound.function.notes.setdefault("compared", Schedule(WHEN))
 
-    def solution(t):
-        return np.array([np.interp(sign * t, sign * times, column) for column in states.T])
 
-    at = jump_of(bound, times, solution)
-    if at is not None:
-        raise ValueError(JUMPS.format(at).replace("sensitivities jump", "derivatives jump"))
+def _refuse_jumps(bound, legs, ended):
+    """Refuse a jump of the function along the solution, straight between the ends of steps.
+
+    `ended` tells whether an event ended the solve.
+    """
+    for leg in legs:
+        times, states = leg.t[leg.rows], leg.states
+        sign = 1.0 if times[-1] >= times[0] else -1.0
+        for last in leg.ends[:1] or leg.seen[-1:] * (ended and leg is legs[-1]):
+            before = sign * times < sign * last.t  # the solution behind is none
+            times = np.append(times[before], last.t)
+            states = np.vstack([states[before], last.y])
+
+        def solution(t, sign=sign, times=times, states=states):
+            return np.array([np.interp(sign * t, sign * times, column) for column in states.T])
+
+        at = jump_of(bound, times, solution) if len(times) > 1 else None
+        if at is not None:
+            raise ValueError(JUMPS.format(at).replace("sensitivities jump", "derivatives jump"))
 
 
 class Failed:

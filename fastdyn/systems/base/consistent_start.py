@@ -1,11 +1,10 @@
 """Checks that a start satisfies the constraints, or projects the start onto the constraints."""
 
 import dataclasses
-import warnings
 
 import numpy as np
 
-from fastdyn.compile.sentences import levels_inside
+from fastdyn.compile.sentences import warn
 
 from .solve_arguments import full_state
 
@@ -74,8 +73,7 @@ def check_members(system, t0, states, columns):
 
 def _warn(system, wrong, advice):
     parts = [f"`{name}` is {value:.3g}" for name, (value, _) in wrong.items()]
-    warnings.warn(
+    warn(
         f"The start violates the constraints of the {system.name} ({', '.join(parts)}, not 0), "
-        f"and so will the motion: {advice}.",
-        stacklevel=levels_inside(),
+        f"and so will the motion: {advice}."
     )

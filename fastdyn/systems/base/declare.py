@@ -2,7 +2,6 @@
 
 import dataclasses
 import functools
-import html
 import inspect
 import math
 import numbers
@@ -10,7 +9,10 @@ from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
-from .units import is_number, said_in_unit, warn_of_degrees
+from fastdyn.plot.displayed import table
+from fastdyn.words.near import did_you_mean
+
+from .units import is_number, magnitude, said_in_unit, warn_of_degrees
 
 
 class State(NamedTuple):
@@ -135,6 +137,10 @@ def checked(system, field, value):
         return value
     unit = field.metadata["unit"]
     about = f"Parameter `{field.name}` of the {system} ({field.metadata['meaning']}, {unit})"
+    try:
+        value = magnitude(value, unit)
+    except ValueError as error:
+        raise ValueError(f"{about}: {error}") from None
     if isinstance(value, str) and is_number(value):
         try:
             value = said_in_unit(f"`{field.name}` of the {system}", value, unit)
@@ -189,10 +195,10 @@ class Declared:
         allowed = [field.name for field in dataclasses.fields(cls)]
         unknown = [name for name in named if name not in allowed]
         if unknown:
-            raise TypeError(
-                f"{cls.name} has no parameter {', '.join(f'`{name}`' for name in unknown)}; "
-                f"its parameters are {', '.join(allowed)}."
-            )
+            advice = did_you_mean(unknown[0], allowed) if len(unknown) == 1 else ""
+            advice = advice or f"its parameters are {', '.join(allowed) or 'none'}."
+            wrong = ", ".join(f"`{name}`" for name in unknown)
+            raise TypeError(f"{cls.name} has no parameter {wrong}; {advice}")
         return super().__new__(cls)
 
     def __post_init__(self):
@@ -208,10 +214,13 @@ class Declared:
     def _repr_html_(self):
         rows = []
         for field in dataclasses.fields(self):
-            known = (field.metadata.get(key, "") for key in ("unit", "meaning"))
-            cells = (field.name, _short(getattr(self, field.name)), *known)
-            rows.append("".join(f"<td>{html.escape(str(cell))}</td>" for cell in cells))
-        return f"<b>{self.name}</b><table>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
+            value, unit = getattr(self, field.name), field.metadata.get("unit", "")
+            meaning = field.metadata.get("meaning", "")
+            shown = f"{value:.7g}" if isinstance(value, float) else _short(value)
+            if shown:
+                rows.append((field.name, shown, unit, "" if meaning == field.name else meaning))
+        title = f"{getattr(self, 'title', self.name)} ({self.name})"
+        return table(title, rows, ("parameter", "value", "unit", "meaning"))
 
     @property
     def args(self) -> tuple:

@@ -43,6 +43,20 @@ class Pictures:
         columns, scene = zip(t, np.asarray(y).T, strict=True), self.stage(t, y)
         return [scene(time, state) for time, state in columns]
 
+    def at_start(self) -> Any:
+        """The figure of the start; ValueError where nothing but points would be seen."""
+        from fastdyn.plot import style
+        from fastdyn.plot.animate import Artists
+
+        system: Any = self
+        scene = self.scene(0.0, np.array(system.initial_state(), float))
+        if not (scene.lines or scene.bodies):
+            raise ValueError(f"The {self.name} has no picture at its start.")
+        with style.slides():
+            artists = Artists([scene], trail=False)
+            artists.show(0)
+        return artists.figure
+
     @of_instance
     def explore(self) -> Any:
         """The page of `fastdyn explore` for this system, a Panel object that a notebook shows."""
@@ -56,6 +70,6 @@ class Pictures:
         return self.solve(t_span).animate(path, **options)
 
     @of_instance
-    def plot(self, t_span: Any = None, **options) -> Any:
-        """Solve, and draw the figure of the run; options as for `solve`."""
-        return self.solve(t_span, **options).plot()
+    def plot(self, t_span: Any = None, ax=None, **options) -> Any:
+        """Solve, and draw the run; options as for `solve`, `ax` as for `fastdyn.plot.plot`."""
+        return self.solve(t_span, **options).plot(**{} if ax is None else {"ax": ax})

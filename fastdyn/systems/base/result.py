@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.problem.options.table import refused_by
-from fastdyn.run.result import OdeResult
+from fastdyn.run.result import NoField, OdeResult
 
 WATCHING = {"t_eval", "dense_output", *refused_by("repetition")}
 MANY = 200_000  # points, between which a curve needs no others
@@ -57,7 +57,7 @@ class SystemResult(OdeResult):
         functions = system.quantities | system.invariants
         if name in functions:
             return self._along({name: functions[name]})[name]
-        return super().__missing__(name)
+        raise NoField(name, (*names, *functions, *self))
 
     def _components(self):
         return list(map(tuple, self.system.states))

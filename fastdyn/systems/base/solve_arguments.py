@@ -10,6 +10,7 @@ from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.step_options import within
 from fastdyn.problem.validate import method_named, time_span
+from fastdyn.words.near import did_you_mean
 
 OF_SOLVE = {"t_span", "y0", "method", "t_eval", "dense_output", "events", "vectorized", "project"}
 DEFAULTS = {o.name: o.of_systems for o in OPTIONS.values() if o.of_systems is not None}
@@ -21,8 +22,12 @@ def completed(system, method, options, t_span=None, of_ensemble=None) -> dict[st
     Breakpoints are those within `t_span`, if it is given.  `of_ensemble` has the names that
     `ensemble` takes, if the options are for an ensemble.
     """
-    if "args" in options:
-        raise TypeError(f"`args` of the {system.name} are its parameters; set them by name.")
+    for name in {"args", "params", "parameters"}.intersection(options):
+        first = next(iter(dataclasses.fields(system))).name
+        raise TypeError(
+            f"`{name}` of the {system.name} are its parameters; set them by name, "
+            f"{system.name}({first}=...)."
+        )
     if "stabilise" in options:
         raise TypeError(
             "`stabilise` is no option any more: write `solve(project=True)` for the projection, "
@@ -102,5 +107,6 @@ def event_functions(system, events):
     for event in events:
         if isinstance(event, str) and event not in system.events:
             known = ", ".join(system.events) or "none"
-            raise ValueError(f"{system.name} has no event '{event}'; its events are: {known}.")
+            advice = did_you_mean(event, system.events) or f"its events are: {known}."
+            raise ValueError(f"{system.name} has no event '{event}'; {advice}")
     return [system.events[event] if isinstance(event, str) else event for event in events]

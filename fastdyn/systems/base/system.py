@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from fastdyn.plot.displayed import picture
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.solve.ivp import solve_ivp
 
@@ -43,6 +44,8 @@ class System(Declared, Pictures):
         The components of the state, in order.
     t_end : float
         Default end of the run, in seconds; runs start at t = 0.
+    explored : dict of str to float
+        Values with which `fastdyn explore` begins, for fields whose defaults show little.
     rhs : callable
         Plain function ``rhs(t, y, *parameters)``; unpacks y, returns a list.
     invariants : dict of str to callable
@@ -73,6 +76,7 @@ class System(Declared, Pictures):
     source: ClassVar[str]
     states: ClassVar[tuple[State, ...]]
     t_end: ClassVar[float]
+    explored: ClassVar[Mapping[str, float]] = {}
     rhs: ClassVar[Callable]
     invariants: ClassVar[Mapping[str, Callable]] = {}
     quantities: ClassVar[Mapping[str, Callable]] = {}
@@ -92,6 +96,9 @@ class System(Declared, Pictures):
                 setattr(cls, name, staticmethod(member))
         if cls.__doc__ and hasattr(cls, "source") and "Raises\n" not in cls.__doc__:
             cls.__doc__ = documented(cls)
+
+    def _repr_html_(self):
+        return super()._repr_html_() + picture(self.at_start, width=20)
 
     def initial_state(self) -> tuple[float, ...]:
         """State at t = 0, from the fields."""

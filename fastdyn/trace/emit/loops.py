@@ -8,11 +8,11 @@ import numpy as np
 from llvmlite import ir
 
 from ..graph.clock import look
+from ..graph.refusal import Refusal
 from .memory import VECTOR, WIDTH, Memory
 from .numbers import BIT, INDEX, REAL, WORD, Emitter
+from .plan import ALONE
 
-ON_STACK = 4096  # up to so many numbers in all, the kept rows lie on the stack
-BYTES, VOID = ir.IntType(8).as_pointer(), ir.VoidType()
 IDENTITY = {"sum": 0.0, "top": -math.inf, "low": math.inf}
 
 
@@ -34,7 +34,7 @@ class Loops(Memory):
     def __init__(self, builder, plan, source, vector_function, sides=None):
         super().__init__(builder)
         self.plan, self.source, self.sides = plan, source, sides
-        source.item = self._item
+        source.item, source.address = self._item, self._address
         graph = plan.program.g
         self._one = Emitter(builder, graph, REAL, source)
         self._wide = Emitter(builder, graph, VECTOR, source, vector_function)
@@ -45,13 +45,22 @@ class Loops(Memory):
 
         With `adds`, the results are added to the numbers at `out`.
         """
-        plan, b = self.plan, self.builder
-        self._at["out"], heap = out, self._reserve()
+        self._at["out"], places, total = out, {}, 0
+        for first, row in self.plan.kept.items():
+            places[first], total = total, total + -(-row.size // WIDTH) * WIDTH
+        with self.room(total) as room:
+            gep = self.builder.gep
+            self._at.update({first: gep(room, [WORD(at)]) for first, at in places.items()})
+            self._in_loops(adds)
+            return self._singly(out, adds)
+
+    def _in_loops(self, adds):
+        """Emit the boxes and edges."""
         if adds:
-            for loop in plan.loops:
+            for loop in self.plan.loops:
                 for box in (*loop.alone, *(box for boxes in loop.alike for box in boxes)):
                     box.add_results()
-        for loop in plan.loops:
+        for loop in self.plan.loops:
             look()
             if loop.row is not None:
                 getattr(self, f"_{loop.row.op}")(loop.row)
@@ -62,6 +71,10 @@ class Loops(Memory):
                 self._box(box)
             for boxes in loop.alike:
                 self._edges(boxes)
+
+    def _singly(self, out, adds):
+        """Emit the results outside loops; return whether the function raises."""
+        plan, b = self.plan, self.builder
         node = plan.program.node
         *values, raises = self._one.nodes(
             [*[node(i) for _, i in plan.single], plan.program.raising]
@@ -73,28 +86,12 @@ class Loops(Memory):
         if self.sides is not None:
             for i, condition in enumerate(plan.single_decisions, len(plan.decisions)):
                 self.sides.note(i, *self._one.nodes([condition]))
-        if heap is not None:
-            b.call(self._one._declared("free", [BYTES], VOID), [heap])
         return raises
-
-    def _reserve(self):
-        """Allocate the kept rows; return the address on the heap, None if on the stack."""
-        b, heap, places, total = self.builder, None, {}, 0
-        for first, row in self.plan.kept.items():
-            places[first], total = total, total + -(-row.size // WIDTH) * WIDTH
-        if total <= ON_STACK:
-            room = b.alloca(ir.ArrayType(REAL, max(total, 1)))
-            room.align = 64
-        else:
-            malloc = self._one._declared("malloc", [WORD], BYTES)
-            malloc.return_value.add_attribute("noalias")
-            room = heap = b.call(malloc, [WORD(8 * total)])
-        room = b.bitcast(room, REAL.as_pointer())
-        self._at.update({first: b.gep(room, [WORD(at)]) for first, at in places.items()})
-        return heap
 
     def _array(self, name):
         """The address of an array; see `Plan.array`."""
+        if name is None:
+            raise Refusal("a row is not in memory")
         if name in ("y", "block"):
             return self.source.array(name)
         if isinstance(name, tuple) and name[0] == "par":
@@ -107,9 +104,12 @@ class Loops(Memory):
 
     def _given(self, row):
         """The address of what a product reads."""
-        i = int(row.args[0][0])
-        source = self.plan.program.row_at(i)
-        return self.builder.gep(self._array(self.plan.array(source)), [WORD(i - source.first)])
+        return self._address(int(row.args[0][0]))
+
+    def _address(self, i):
+        """The address of a number of a row that is kept."""
+        row = self.plan.program.row_at(i)
+        return self.builder.gep(self._array(self.plan.array(row)), [WORD(i - row.first)])
 
     def _pack(self, row):
         nodes = [self.plan.program.node(i) for i in row.args[0].tolist()]
@@ -117,14 +117,14 @@ class Loops(Memory):
             self.put(value, self._at[row.first], WORD(k))
 
     def _running(self, row):
-        b, x, total = self.builder, self._given(row), self._room(REAL)
+        b, x, total = self.builder, self._given(row), self._variable(REAL)
         b.store(REAL(0.0), total)
         with self.each(WORD(row.size), 1) as k:
             b.store(b.fadd(b.load(total), b.load(b.gep(x, [k]))), total)
             self.put(b.load(total), self._at[row.first], k)
 
     def _csr(self, row):
-        b, x, total = self.builder, self._given(row), self._room(REAL)
+        b, x, total = self.builder, self._given(row), self._variable(REAL)
         begins, places, values = (self.source.table(s.start) for s in row.data[2:])
         whole = lambda at, k: b.fptosi(b.load(b.gep(at, [k])), WORD)  # noqa: E731
         with self.each(WORD(row.size), 1) as r:
@@ -159,7 +159,7 @@ class Loops(Memory):
         wide = not rest and count >= WIDTH
         reduced = [s for s in box.stores if s.reduction and not s.steps[axis] and not rest]
         kind = VECTOR if wide else REAL
-        totals = [self._room(kind) for _ in reduced]
+        totals = [self._variable(kind) for _ in reduced]
         for store, total in zip(reduced, totals, strict=True):
             self.builder.store(_all(kind, IDENTITY[store.reduction]), total)
 
@@ -200,6 +200,8 @@ class Loops(Memory):
                 return given[0]
             if op == "select" and self.sides is not None:
                 self.sides.note(data, given[0])
+            if op in ALONE:
+                raise Refusal("a row with code of its own is not in memory")  # then: one by one
             emitter = self._one if inner is None else self._wide
             return emitter.emit(SimpleNamespace(op=op, data=data), given)
         name, at, truth, *places = v.data
@@ -293,7 +295,7 @@ class Loops(Memory):
         with self.each(WORD(size), width) as k:
             self.put(self.splat(value) if width > 1 else value, self._at[store.target], k)
 
-    def _room(self, kind):
+    def _variable(self, kind):
         with self.builder.goto_entry_block():
             return self.builder.alloca(kind)
 

@@ -1,13 +1,15 @@
-"""Emits loops over arrays, loads and stores of vectors and truth values, and constant tables."""
+"""Emits loops over arrays, memory, loads and stores of vectors, and constant tables."""
 
 import contextlib
 
 from llvmlite import ir
 
-from .numbers import BIT, INDEX, REAL, WORD, constant_bytes
+from .numbers import BIT, INDEX, REAL, WORD, constant_bytes, declared
 
 WIDTH = 8
 VECTOR = ir.VectorType(REAL, WIDTH)
+BYTES, VOID = ir.IntType(8).as_pointer(), ir.VoidType()
+ON_STACK = 4096  # numbers of a function, up to which they lie on the stack
 
 
 class Memory:
@@ -40,6 +42,21 @@ class Memory:
         k.add_incoming(step, b.block)
         b.cbranch(more, body, after)
         b.position_at_end(after)
+
+    @contextlib.contextmanager
+    def room(self, size):
+        """The address of memory for numbers, on the stack or the heap, within the ``with``."""
+        b, module, heap = self.builder, self.builder.module, None
+        if size <= ON_STACK:
+            room = b.alloca(ir.ArrayType(REAL, max(size, 1)))
+            room.align = 64
+        else:
+            malloc = declared(module, "malloc", [WORD], BYTES)
+            malloc.return_value.add_attribute("noalias")
+            room = heap = b.call(malloc, [WORD(8 * size)])
+        yield b.bitcast(room, REAL.as_pointer())
+        if heap is not None:
+            b.call(declared(module, "free", [BYTES], VOID), [heap])
 
     def table(self, content, kind):
         """The address of a constant array of doubles or indices."""

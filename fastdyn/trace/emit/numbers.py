@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 
-from ...operations import OPERATIONS
-from ...operations.special import IN_C
 from ..graph.clock import EVERY, look
 from ..graph.expressions import live
+from ..operations import OPERATIONS
+from ..operations.special import IN_C
 
+# The code of operations that call kernels, ``emit(emitter, node, args)``: this folder knows none.
+BY_KERNELS: dict[str, Any] = {}
 REAL, WORD, BIT, INDEX = ir.DoubleType(), ir.IntType(64), ir.IntType(1), ir.IntType(32)
 
 
@@ -72,6 +74,8 @@ class Emitter:
         if op == "item":  # one element of a batch
             return self.source.item(node.data)
         operation = OPERATIONS[op]
+        if op in BY_KERNELS:
+            return BY_KERNELS[op](self, node, args)
         if operation.elementary:
             return self.function(op, args)
         if operation.sign and operation.truth:
@@ -87,7 +91,7 @@ class Emitter:
     def _intrinsic(self, name, args):
         kind = args[0].type
         lanes = f"v{kind.count}" if isinstance(kind, ir.VectorType) else ""
-        function = self._declared(f"{name}.{lanes}f64", [kind] * len(args), kind)
+        function = declared(self.builder.module, f"{name}.{lanes}f64", [kind] * len(args), kind)
         return self.builder.call(function, args)
 
     def in_c(self, name, args):
@@ -97,14 +101,10 @@ class Emitter:
                 return self._intrinsic(OPERATIONS[name].llvm, args)
             if name.startswith(IN_C):  # Cython's functions take an unused number, too
                 args = [*args, INDEX(0)]
-            function = self._declared(name, [a.type for a in args], REAL)
+            function = declared(self.builder.module, name, [a.type for a in args], REAL)
             return self.builder.call(function, args)
         one = Emitter(self.builder, self.graph, REAL)
         return self._by_lanes(lambda _, *values: one.in_c(name, values), None, *args)
-
-    def _declared(self, name, args, result):
-        known = self.builder.module.globals.get(name)
-        return known or ir.Function(self.builder.module, ir.FunctionType(result, args), name)
 
     # -- tables
 
@@ -183,6 +183,11 @@ class Emitter:
         result = b.select(b.fcmp_unordered("uno", near, near), far, near)
         result = b.select(b.fcmp_ordered("==", x, left), low, result)
         return b.select(b.fcmp_unordered("uno", x, x), x, result)
+
+
+def declared(module, name, args, result):
+    """The function of this name in a module, declared if it is not there."""
+    return module.globals.get(name) or ir.Function(module, ir.FunctionType(result, args), name)
 
 
 def number_at(builder, address, i, step=1):

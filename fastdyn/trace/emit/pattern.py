@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from ...operations import OPERATIONS
 from ..graph.expressions import live
 from ..graph.refusal import Refusal
 from ..graph.rows import Row
+from ..operations import OPERATIONS
 from ..switching.switches import OF_STATE
 
 MOST_A_ROW = 200  # up to this mean number of elements a row, a matrix counts as sparse

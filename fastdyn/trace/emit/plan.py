@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...operations import OPERATIONS
 from ..graph.clock import look
 from ..graph.expressions import live
 from ..graph.refusal import Refusal
+from ..operations import OPERATIONS
 from .pull import Box, Cut, Fold, Kept, Root, Scattered, Store, Value, affine, row_major, view
 
 REDUCTIONS = frozenset(("sum", "top", "low"))

@@ -9,15 +9,17 @@ from bisect import bisect_right
 
 import numpy as np
 
-from ...operations import OPERATIONS
 from ..graph.clock import EVERY, look
 from ..graph.expressions import Node, alternatives
 from ..graph.refusal import Refusal
 from ..graph.rows import ID, Owners, Row
+from ..operations import OPERATIONS
+from ..operations.linear import EQUATIONS
 
 FEWEST_CALLS, FEWEST_NODES = 64, 400  # fewer are faster as straight-line code than in loops
 MOST_SINGLY = 2000  # numbers of a copy that are computed one by one
 FEWEST = 8  # nodes of one form become a row, and so many nodes that one operand reads are packed
+ALONE = EQUATIONS | {"t", "par"}  # nodes that stay what they are
 COMMUTE = frozenset(("add", "mul", "eq", "and", "or"))
 
 
@@ -217,6 +219,8 @@ class _Settled:
         row = self.program.row_at(node.data if node.op == "item" else node.key)
         if row is not None:
             return ("row", row.first), node.data if node.op == "item" else node.key
+        if node.op == "entry":
+            return ("entries", node.args[0].key), node.data
         if node.op == "y":  # behind the state of the function that was traced
             return ("y", self._n_inputs), node.data
         return self._array_of(node.data) if node.op == "par" else None
@@ -228,8 +232,7 @@ class _Settled:
         """
         program = self.program
         self.in_rows = [
-            len(keys) >= FEWEST and self._by_key[keys[0]].op not in ("t", "par")
-            for keys in self.groups
+            len(keys) >= FEWEST and self._by_key[keys[0]].op not in ALONE for keys in self.groups
         ]
         ends, self.order = [], [{} for _ in self.groups]  # dicts serve as ordered sets
         for ids in [a for row in program.order for a in row.args] + [program.outputs]:
@@ -271,11 +274,19 @@ class _Settled:
     def _first_of(self, kind, data):
         if kind == "row":
             return 0
+        if kind == "entries" and (kind, data) not in self._arrays:
+            self._arrays[kind, data] = self._entries(self._by_key[data])
         if (kind, data) not in self._arrays:
             size = data if kind in ("block", "y") else len(data)
             op = "par" if kind == "array" else kind
             self._arrays[kind, data] = self.program.new(op, (), data, size)
         return self._arrays[kind, data].first
+
+    def _entries(self, solution):
+        """A row with all numbers of a solution."""
+        g, n = self.program.g, len(solution.args) - 1
+        ids = np.array([g.make("entry", (solution,), i).key for i in range(n)], ID)
+        return self.program.new("pack", (ids,), None, n)
 
     def _operand(self, column):
         """An operand of a row: the id of one node, or an array of ids."""
@@ -297,10 +308,18 @@ class _Settled:
         for node in self.nodes:
             if node.key in moved and self.leaf[node.key] is None:
                 program._ones[node.key] = program.node(moved[node.key])
+            elif node.op == "factors" and len(node.args) > 1:
+                program._ones[node.key] = self._in_a_row(node)
             elif node.args:
                 args = tuple([program._ones.get(a.key, a) for a in node.args])
                 program._ones[node.key] = Node(node.op, args, node.data, node.key)
                 program._ones[node.key].varies = node.varies
+
+    def _in_a_row(self, node):
+        """A node "factors" whose matrix lies in memory: it has the first element as operand."""
+        ids = np.array([self._moved.get(a.key, a.key) for a in node.args], ID)
+        row = self.program.new("copy", (ids,), None, ids.size)
+        return Node(node.op, (self.program.node(row.first),), node.data, node.key)
 
     def _renamed(self, ids):
         if not isinstance(ids, np.ndarray) or not self.program.parts(ids)[1]:

@@ -1,4 +1,4 @@
-"""Products, sums of products, linear systems, norms and interpolation on symbols."""
+"""Products and sums of products on symbols."""
 
 import functools
 import math
@@ -7,16 +7,14 @@ from typing import Any
 import numpy as np
 
 from ..graph.rows import ID
-from ..symbols.arithmetic import call, stored, where
-from ..symbols.complexes import product
+from ..symbols.arithmetic import call, stored
 from ..symbols.lift import joint, symbol
 from ..symbols.symbol import HANDLERS, Symbol, graph_of, refuse, wrap
 from .arrays import array_of
-from .ufuncs import as_numpy, reduced
+from .ufuncs import reduced
 
 MOST = 20_000_000  # elements of a product before the sum
 MOST_COMPLEX = 2**14  # the same of complex numbers: 1 to 2 times NumPy's time, 3 at 10^5, 6 at 10^6
-MAX_PIVOTED = 8  # rows of a linear system that is written out with exchanges of rows
 
 
 def matmul(a, b) -> Any:
@@ -175,111 +173,9 @@ def _squeezed(a):
     return a
 
 
-# -- linear systems
-
-
-def solution(a, b, **_):
-    """np.linalg.solve by Gaussian elimination; row exchanges are selections."""
-    a, b = array_of(a), array_of(b)
-    if not is_plain_square(a) or len(b) != len(a) or b.ids.ndim > 2:
-        refuse("np.linalg.solve of several systems, or of shapes that do not match")
-    n = len(a)
-    if a.g.known(a.ids if a.kind != "c" else a.ids["real"]) is not None and a.kind != "c":
-        return matmul(symbol(a.g, np.linalg.inv(a.g.known(a.ids))), b)
-    rows = [[*row] for row in np.concatenate([a, b.reshape(n, -1)], axis=1)]
-    for k in range(n):
-        for i in range(k + 1, n):
-            _larger_first(rows, k, i, n)
-        _refuse_zero(rows[k][k])
-        for i in range(k + 1, n):
-            _eliminate(rows, k, i)
-    found = []
-    for c in range(len(rows[0]) - n):
-        x: list[Any] = [None] * n
-        for i in reversed(range(n)):
-            rest = rows[i][n + c]
-            for j in range(i + 1, n):
-                rest = _less(rest, product(rows[i][j], x[j]))
-            x[i] = rest / rows[i][i]
-        found.append(x)
-    whole = symbol(a.g, found).T
-    return whole[:, 0] if b.ids.ndim == 1 else whole
-
-
-def is_plain_square(a):
-    return a.ids.ndim == 2 and a.ids.shape[0] == a.ids.shape[1]
-
-
-def _less(a, b):
-    return a if b is None else a - b
-
-
-def _zero(s):
-    return s.kind != "c" and s.node.op == "const" and s.node.data == 0
-
-
-def _refuse_zero(pivot):
-    """Raise LinAlgError where a pivot is zero, as LAPACK does."""
-    if pivot.kind != "c":
-        g = pivot.g
-        g.raises_if(g.map("eq", pivot.ids, g.const(0.0).key), _singular)
-
-
-def _singular():
-    np.linalg.inv(np.zeros((1, 1)))
-
-
-def _larger_first(rows, k, i, n):
-    """Exchange rows k and i where row i has the larger pivot."""
-    pivot, other = rows[k][k], rows[i][k]
-    if _zero(other):
-        return
-    if _zero(pivot):
-        rows[k], rows[i] = rows[i], rows[k]
-        return
-    if n > MAX_PIVOTED and (pivot.varies or other.varies):
-        refuse(f"np.linalg.solve of {n} equations")
-    exchanged = abs(other) > abs(pivot)
-    if type(exchanged) is not Symbol:
-        if exchanged:
-            rows[k], rows[i] = rows[i], rows[k]
-        return
-    for j in range(k, len(rows[0])):
-        a, b = rows[k][j], rows[i][j]
-        rows[k][j], rows[i][j] = where(exchanged, b, a), where(exchanged, a, b)
-
-
-def _eliminate(rows, k, i):
-    if _zero(rows[i][k]):
-        return
-    factor = rows[i][k] / rows[k][k]
-    rows[i][k] = symbol(factor.g, 0.0)
-    for j in range(k + 1, len(rows[0])):
-        rows[i][j] = _less(rows[i][j], product(factor, rows[k][j]))
-
-
-def determinant(a, **_):
-    """np.linalg.det, expanded along the first row; refuses more than six rows."""
-    a = array_of(a)
-    if not is_plain_square(a):
-        refuse("several determinants")
-    if len(a) > 6:
-        refuse("the determinant of a large matrix")
-    if len(a) == 1:
-        return a[0, 0]
-    result: Any = 0.0
-    for j in range(len(a)):
-        if a.kind == "c" or not _zero(a[0, j]):
-            minor = a.view_of(np.delete(np.delete(a.ids, 0, 0), j, 1))
-            result = result + (-1.0) ** j * a[0, j] * determinant(minor)
-    return as_numpy(symbol(a.g, result))
-
-
 FUNCTIONS: dict[Any, Any] = {
     np.dot: dot, np.einsum: einsum,
     np.vdot: lambda a, b: matmul(np.conj(np.ravel(array_of(a))), np.ravel(array_of(b))),
     np.inner: lambda a, b: matmul(array_of(a), np.transpose(array_of(b))),
-    np.linalg.solve: solution, np.linalg.det: determinant,
-    np.linalg.inv: lambda a: solution(a, np.eye(len(a))),
 }  # fmt: skip
 HANDLERS["matmul"] = matmul

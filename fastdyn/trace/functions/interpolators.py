@@ -11,6 +11,7 @@ import numpy as np
 from ..symbols.arithmetic import call, where
 from ..symbols.lift import joint, symbol
 from ..symbols.symbol import Symbol, graph_of, refuse
+from .grids import of_bivariate, of_regular_grid
 from .ufuncs import as_numpy
 
 RULES = {"extrapolate": 0, "zeros": 1, "raise": 2, "const": 3}  # FITPACK's, outside the range
@@ -117,15 +118,31 @@ def _complex(real, imag):
     return lambda v: joint(real(v), imag(v))
 
 
-def form_of(value, *args, **kwargs):
-    """The Form of an interpolator that is called with these arguments; None for an unknown type."""
+def n_places(value, name):
+    """The number of arguments of a method that are places of an interpolator; 0: has no Form."""
+    from scipy import interpolate
+
+    if isinstance(
+        value, interpolate.BivariateSpline | interpolate._fitpack2._DerivedBivariateSpline
+    ):
+        return 2 if name in ("__call__", "ev") else 0
+    return int(name == "__call__")
+
+
+def form_of(value, name, *args, **kwargs) -> Any:
+    """The computation of a method of an interpolator with these further arguments, or None."""
     from scipy import interpolate
 
     made = {
         interpolate.PPoly: _of_polynomials, interpolate.BSpline: _of_b_spline,
         interpolate.UnivariateSpline: _of_univariate, interpolate.interp1d: _of_interp1d,
+        interpolate.RegularGridInterpolator: of_regular_grid,
+        interpolate.BivariateSpline: of_bivariate,
+        interpolate._fitpack2._DerivedBivariateSpline: of_bivariate,
     }  # fmt: skip
     make = next((make for kind, make in made.items() if isinstance(value, kind)), None)
+    if name == "ev":
+        kwargs = kwargs | {"grid": False}
     return make and make(value, *args, **kwargs)
 
 

@@ -15,7 +15,7 @@ from ..symbols.lift import joint, symbol
 from ..symbols.symbol import NOW, Symbol, is_symbolic, refuse
 from .algebra import _sum_of_products
 from .arrays import array_of, fresh
-from .interpolators import form_of
+from .interpolators import form_of, n_places
 from .rotation import Rotations
 
 METHODS = frozenset(  # methods whose value depends on the object and the arguments only
@@ -136,16 +136,17 @@ class Object:
         return self._value
 
     def _called(self, name, args, kwargs):
-        options = args[1:], kwargs
-        symbolic = name == "__call__" and is_symbolic(args[:1])
+        n = n_places(self._value, name)
+        places, options = args[:n], (args[n:], kwargs)
+        symbolic = len(places) == n and is_symbolic(places)
         if symbolic and not any(map(_varies, [*options[0], *kwargs.values()])):
-            known, key = NOW.g.kept, ("form", id(self._value), repr(plain_of(options)))
+            known, key = NOW.g.kept, ("form", id(self._value), name, repr(plain_of(options)))
             if key not in known:  # the object is kept, so that its id stays unique
                 more, named = plain_of(options)
-                known[key] = form_of(self._value, *more, **named), self._value
+                known[key] = form_of(self._value, name, *more, **named), self._value
             if known[key][0]:
                 self._whole()
-                return known[key][0](args[0])
+                return known[key][0](*places)
         if any(map(_varies, [*args, *kwargs.values()])):
             refuse(f"it uses an object of type {type(self._value).__name__}", final=True)
         return wrapped(getattr(self._whole(), name)(*plain_of(args), **plain_of(kwargs)))

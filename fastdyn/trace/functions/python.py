@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ...operations import NAMES, OPERATIONS
-from ...operations.value import Value
+from ..operations import NAMES, OPERATIONS
+from ..operations.value import Value
 from ..symbols.arithmetic import as_numbers, call, choose, to_whole
 from ..symbols.constants import Constants
 from ..symbols.formulas import hypotenuse

@@ -11,9 +11,10 @@ from ..symbols.arithmetic import call, where
 from ..symbols.lift import symbol
 from ..symbols.symbol import graph_of, refuse
 from . import fourier  # noqa: F401  # registers the functions behind np.fft
-from .algebra import determinant, solution
 from .arrays import array_of
+from .grids import interpn
 from .interpolators import evaluated
+from .linear_systems import determinant, solution
 from .objects import plain_of, wrapped
 from .rotation import Rotations
 from .ufuncs import as_numpy
@@ -199,7 +200,7 @@ TRANSFORMS = [f"{inverse}{real}fft{axes}" for inverse in ("", "i") for real in (
 WRITTEN_OUT: dict[str, dict[str, Any]] = {
     "numpy": {"convolve": convolve}, "scipy.fft": {name: _transform(name) for name in TRANSFORMS},
     "scipy.fftpack": {name: _transform(name) for name in ("fft", "ifft", "fft2", "ifft2")},
-    "scipy.interpolate": {"splev": evaluated},
+    "scipy.interpolate": {"splev": evaluated, "interpn": interpn},
     "scipy.linalg": {"solve": solution, "inv": lambda a: solution(a, np.eye(len(a))),
                      "det": determinant,
                      "norm": lambda a, *more, **named: np.linalg.norm(array_of(a), *more, **named)},

@@ -16,7 +16,7 @@ from ..graph.refusal import LATEST, OutOfTime, Refusal
 from ..symbols.lift import symbol
 from ..symbols.masks import WHY, Masked
 from ..symbols.symbol import HANDLERS, NOW, Symbol, graph_of, is_symbolic, of_numpy, refuse
-from . import algebra, arrays, makers, scipy, sequences
+from . import algebra, arrays, linear_systems, makers, scipy, sequences
 from .arrays import INDEXED, STRUCTURE, structured
 from .makers import MAKERS
 from .objects import plain_of, wrapped
@@ -30,7 +30,8 @@ PURE = set(
 )
 IMPURE = (set(sys.stdlib_module_names) - PURE) | {"matplotlib", "pandas", "tqdm", "IPython"}
 FUNCTIONS: dict[Any, Any] = {
-    **arrays.FUNCTIONS, **makers.FUNCTIONS, **algebra.FUNCTIONS, **sequences.FUNCTIONS,
+    **arrays.FUNCTIONS, **makers.FUNCTIONS, **algebra.FUNCTIONS,
+    **linear_systems.FUNCTIONS, **sequences.FUNCTIONS,
 }  # fmt: skip
 OF_MASKED = {np.piecewise, np.copyto, np.asarray, np.asanyarray}
 OF_FILES = set("save savez savez_compressed savetxt load loadtxt genfromtxt fromfile".split())

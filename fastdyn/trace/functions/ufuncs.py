@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ...operations import NAMES
 from ..graph.rows import ID
+from ..operations import NAMES
 from ..symbols import operators  # noqa: F401  # registers the operators
 from ..symbols.arithmetic import (
     LOGICAL,

@@ -8,9 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...operations import OPERATIONS
-from ...operations.domains import LARGEST
-from ...operations.value import Value, by_rule
+from ..operations import OPERATIONS
+from ..operations.domains import LARGEST
+from ..operations.linear import EQUATIONS
+from ..operations.value import Value, by_rule
+from .equations import slopes
 from .expressions import MAX_NODES, is_zero, live
 from .refusal import Untraceable, refused_as
 
@@ -59,7 +61,7 @@ def along(graph, outputs, velocities):
     """
     graph.most = len(graph.nodes) + 2 * MAX_NODES
     known = {node.key: {0: rate} for node, rate in velocities if not is_zero(rate)}
-    found = _Sweep(graph, outputs, known).found(outputs)
+    found = _Sweep(graph, outputs, known, [node for node, _ in velocities]).found(outputs)
     return [row.get(0, graph.const(0.0)) for row in found]
 
 
@@ -82,8 +84,7 @@ def partials(graph, outputs, inputs):
     """
     graph.most = len(graph.nodes) + 2 * MAX_NODES
     known = {node.key: {i: graph.const(1.0)} for i, node in enumerate(inputs)}
-    slots = {node.data: i for i, node in enumerate(inputs) if node.op == "par"}
-    return _Sweep(graph, outputs, known, slots).found(outputs)
+    return _Sweep(graph, outputs, known, inputs).found(outputs)
 
 
 def factors(g, node, depends):
@@ -105,7 +106,10 @@ def inside_tables(g, node, slots):
 
 
 def is_point(condition):
-    """Whether a condition may hold at a single point; ``x == x`` asks for NaN."""
+    """Whether a condition may hold at a single point; ``x == x`` asks for NaN.
+
+    It holds at more points where both sides have the same derivatives, as ``x == clip(x, 0, 1)``.
+    """
     return condition.op == "eq" and condition.args[0] is not condition.args[1]
 
 
@@ -135,9 +139,10 @@ def _by_rules(g, node, depends):
 
 
 class _Sweep:
-    def __init__(self, graph, outputs, known, slots=None):
-        self.graph, self.nodes = graph, live(outputs)
-        self.known, self.slots = known, slots or {}
+    def __init__(self, graph, outputs, known, inputs):
+        self.graph, self.nodes, self.known = graph, live(outputs), known
+        self.slots = {node.data: known.get(node.key, {}) for node in inputs if node.op == "par"}
+        self._solutions: dict = {}  # the derivatives of solutions of equations
         self._inner = _inner_sums(self.nodes, outputs)
 
     def found(self, outputs):
@@ -151,6 +156,8 @@ class _Sweep:
             return self._of_sum(node)
         if node.op == "select":
             return self._of_select(node)
+        if node.op in EQUATIONS:
+            return self._of_equations(node)
         g, operation, terms = self.graph, OPERATIONS[node.op], {}
         if any(self.known[a.key] for a in node.args):
             if operation.root:
@@ -159,7 +166,8 @@ class _Sweep:
                 for i, d in self.known[source.key].items():
                     terms.setdefault(i, []).append(g.mul(factor, d))
         for slot, d in inside_tables(g, node, self.slots):
-            terms.setdefault(self.slots[slot], []).append(d)
+            for i, rate in self.slots[slot].items():
+                terms.setdefault(i, []).append(g.mul(d, rate))
         return self._added(terms)
 
     def _depends(self, node):
@@ -187,16 +195,23 @@ class _Sweep:
         g, (condition, *sides), result = self.graph, node.args, {}
         yes, no = (self.known[side.key] for side in sides)
         zero, largest = g.const(0.0), g.const(LARGEST)
-        at_a_point = set()
-        if is_point(condition):
-            at_a_point.update(*(self.known[a.key] for a in condition.args))
+        a, b = [self.known[a.key] for a in condition.args] if is_point(condition) else ({}, {})
         for i in dict.fromkeys((*yes, *no)):
             one, other, chosen = yes.get(i, zero), no.get(i, zero), condition
-            if i in at_a_point:  # such as sin(x) / x, and 1 at x = 0
+            if i in a or i in b:  # such as sin(x) / x, and 1 at x = 0
                 infinite = g.negation(g.compare(g.make("abs", (other,)), largest, "le"))
-                chosen = g.both(condition, infinite)
+                stays = g.compare(a.get(i, zero), b.get(i, zero), "eq")  # as x == clip(x, 0, 1)
+                chosen = g.both(condition, g.both(infinite, stays, "or"))
             result[i] = g.select(chosen, one, other)
         return result
+
+    def _of_equations(self, node):
+        if node.op == "solution":
+            self._solutions[node.key] = slopes(self.graph, node, lambda a: self.known[a.key])
+        if node.op != "entry":  # no number that has derivatives
+            return {}
+        found = self._solutions[node.args[0].key]
+        return {i: d[node.data] for i, d in found.items() if not is_zero(d[node.data])}
 
     def _of_root(self, node):
         """The derivatives of a root; 0 where the radicand has derivative 0, as ``|v|`` at v = 0."""

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...operations import OPERATIONS
-from ...operations.value import by_rule
+from ..operations import OPERATIONS
+from ..operations.value import by_rule
 from .clock import EVERY, look
 from .refusal import Refusal
 from .values import Values, contents, ranges_of
@@ -61,7 +61,8 @@ class Graph:
             if len(self.nodes) % EVERY == 0:
                 look()
             self._evaluate(node)
-        if not node.varies and args and all(a.op == "const" for a in args):
+        known = not node.varies and args and all(a.op == "const" for a in args)
+        if known and not OPERATIONS[op].inner:
             if not ranges_of(node, self.tables):
                 return self.const(node.value)
         return node
@@ -84,7 +85,9 @@ class Graph:
             with np.errstate(all="ignore"):
                 value = self.compute(node, [np.asarray(a.value)[()] for a in node.args])
             node.varies = False
-            node.value = bool(value) if isinstance(value, bool | np.bool_) else float(value)
+            if not OPERATIONS[node.op].inner:
+                value = bool(value) if isinstance(value, bool | np.bool_) else float(value)
+            node.value = value
 
     def compute(self, node, args, values=None):
         """Compute a node from the values of the operands, which are numbers or arrays."""

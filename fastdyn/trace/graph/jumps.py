@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from ...operations import OPERATIONS
-from ...operations.value import by_rule
+from ..operations import OPERATIONS
+from ..operations.value import by_rule
 from .evaluate import evaluate
 from .expressions import live
 
 HALVINGS = 60  # more than the 53 bits of a time
 AT_THE_END = 1e-9  # fraction of a step
-TOLERANCE = 1e-6  # smallest jump that counts, relative to the largest output
+TOLERANCE = 1e-6  # smallest jump that counts, relative to the largest output along the solution
 
 
 def decisions(graph, outputs, slots):
@@ -45,16 +45,19 @@ def first_jump(graph, outputs, nodes, times, solution, values):
         return evaluate(graph, wanted, t, solution(t), values, watch)
 
     sides = at(times, [], nodes)[1]
-    for i in np.flatnonzero((sides[:, 1:] != sides[:, :-1]).any(axis=0)):
-        for row in np.flatnonzero(sides[:, i] != sides[:, i + 1]):
-            ends = times[i], times[i + 1]
-            for _ in range(HALVINGS):
-                middle = (ends[0] + ends[1]) / 2
-                same = at(np.array([middle]), [], [nodes[row]])[1][0, 0] == sides[row, i]
-                ends = (middle, ends[1]) if same else (ends[0], middle)
-            if abs(times[-1] - ends[0]) <= AT_THE_END * abs(times[i + 1] - times[i]):
-                continue  # an event ended the solution here
-            before, after = at(np.array(ends), outputs)[0].T
-            if np.abs(after - before).max() > TOLERANCE * np.abs([before, after]).max():
-                return float(ends[1])
-    return None
+    steps, rows = np.nonzero((sides[:, 1:] != sides[:, :-1]).T)  # in the order of time
+    if not len(steps):
+        return None
+    low, high, own = times[steps], times[steps + 1], sides[rows, steps]
+    for _ in range(HALVINGS):  # of all changes at once
+        middle = (low + high) / 2
+        same = at(middle, [], nodes)[1][rows, np.arange(len(rows))] == own
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    both = np.array([at(low, outputs)[0], at(high, outputs)[0]])
+    with np.errstate(invalid="ignore"):
+        rise = np.abs(both[1] - both[0]).max(axis=0)
+        along = np.abs(np.concatenate([*both, at(times, outputs)[0]], axis=1))
+    jumps = rise > TOLERANCE * along[np.isfinite(along)].max(initial=0.0)
+    # An event may have ended the solution at a change.
+    jumps &= np.abs(times[-1] - low) > AT_THE_END * np.abs(times[steps + 1] - times[steps])
+    return float(high[jumps.argmax()]) if jumps.any() else None

@@ -5,10 +5,12 @@ factor.  The factors are those of forward mode: each operation has one rule for 
 """
 
 from collections import defaultdict
+from typing import Any
 
-from ...operations import OPERATIONS
-from ...operations.domains import LARGEST
+from ..operations import OPERATIONS
+from ..operations.domains import LARGEST
 from .derivatives import factors, inside_tables, is_point
+from .equations import shares
 from .expressions import MAX_NODES, is_zero, live
 from .refusal import Untraceable, refused_as
 
@@ -49,6 +51,7 @@ class _Pull:
         self.leaves = {node.key for node in inputs}
         self.slots = {node.data: node for node in inputs if node.op == "par"}
         self.wanted, self.masked, self.steep = set(self.leaves), set(), set()
+        self._ends: Any = defaultdict(dict)  # of the numbers of solutions of equations
         for node in self.nodes:
             rules = OPERATIONS[node.op].factors
             varies = rules is None or any(rules)  # not all of them 0, as for a rounding
@@ -86,6 +89,13 @@ class _Pull:
         if node.op == "select":
             yield from self._of_select(node, own)
             return
+        if node.op == "entry":  # the cotangents of a solution meet at the solution
+            self._ends[node.args[0].key][node.data] = own
+            yield node.args[0], g.const(1.0)
+            return
+        if node.op == "solution":
+            yield from shares(g, node, self._ends[node.key], lambda a: a.key in self.wanted)
+            return
         for factor, operand in factors(g, node, lambda a: a.key in self.wanted):
             yield operand, self._times(node, factor, own)
         for slot, factor in inside_tables(g, node, self.slots):
@@ -104,10 +114,19 @@ class _Pull:
         g, (condition, yes, no), zero = self.graph, node.args, self.graph.const(0.0)
         chosen = condition
         at_a_point = is_point(condition) and any(a.key in self.wanted for a in condition.args)
-        if at_a_point and no.key in self.wanted:  # such as sin(x) / x, and 1 at x = 0
-            chosen = g.both(condition, self._infinite(no))
+        if at_a_point and {yes.key, no.key} & self.wanted:  # such as sin(x) / x, and 1 at x = 0
+            more = g.both(self._infinite(no), self._stays(condition), "or")
+            chosen = g.both(condition, more)
         yield yes, g.select(chosen, own, zero)
         yield no, g.select(chosen, zero, own)
+
+    def _stays(self, condition):
+        """Whether the sides of an equation have the same derivatives."""
+        g = self.graph
+        found, (a, b) = g.true, condition.args
+        for d in _Pull(g, [g.sub(a, b)], self.inputs).of([g.sub(a, b)], [g.const(1.0)]):
+            found = g.both(found, g.compare(d, g.const(0.0), "eq"))
+        return found
 
     def _infinite(self, node):
         """The condition that the derivative of a node by one of the inputs is not finite."""

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...operations import OPERATIONS
+from ..operations import OPERATIONS
 from .clock import look
 from .expressions import Graph, Node
 from .refusal import Refusal

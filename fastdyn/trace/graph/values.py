@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...operations import OPERATIONS
+from ..operations import OPERATIONS
 
 
 class Values:

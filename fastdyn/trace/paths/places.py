@@ -3,8 +3,9 @@
 import contextlib
 import sys
 
+from fastdyn.words.user_lines import of_user
+
 from ..graph.refusal import Untraceable
-from ..graph.user_lines import of_user
 from ..symbols.symbol import NOW
 from .runs import trace
 

@@ -1,13 +1,14 @@
 """Divides spans at the times where expressions of the time switch: see `switches`."""
 
+import itertools
 import math
 from typing import Any
 
 import numpy as np
 
-from ...operations import OPERATIONS
 from ..graph.evaluate import evaluate
 from ..graph.values import contents
+from ..operations import OPERATIONS
 from .straight_lines import compares
 
 CONSTANT, AFFINE, MONOTONE, ANY = range(4)  # kinds of an expression between the divisions
@@ -61,11 +62,12 @@ class Divisions:
         self.at_ends: list = []
         self._intervals: Any = None
 
-    def value(self, node, member, t):
-        """An expression at times of members."""
+    def value(self, node, member, t, common=None):
+        """An expression at times of members; `common` stands for the parameters of all members."""
         if not len(t):
             return np.empty(0)
-        given = Parameters(*self._values, member)
+        values, varying = self._values
+        given = Parameters(values if common is None else common, varying, member)
         return evaluate(self.of.graph, [node], t, (), given)[0][0]
 
     def found(self):
@@ -323,8 +325,8 @@ class Divisions:
         starts = np.flatnonzero(np.r_[True, np.diff(self.member) != 0])
         sizes = np.diff(np.r_[starts, len(self.t)])
         shorter = np.minimum(left, right)
-        for node in self.of.seen:
-            f = self.value(node, owners, np.concatenate(points)).reshape(6, -1)
+        for node, common in itertools.product(self.of.seen, self.of.looked_at(self._values[0])):
+            f = self.value(node, owners, np.concatenate(points), common).reshape(6, -1)
             low = np.fmin.reduceat(np.fmin.reduce(f, axis=0), starts)
             high = np.fmax.reduceat(np.fmax.reduce(f, axis=0), starts)
             size = np.repeat(high - low, sizes)

@@ -6,8 +6,8 @@ slope, computed from the present parameters in a few microseconds.
 
 import numpy as np
 
-from ...operations import OPERATIONS
 from ..graph.expressions import live
+from ..operations import OPERATIONS
 
 
 def compares(node):

@@ -7,17 +7,19 @@ floors and remainders of the time however they are nested, the times are exact t
 the operand is monotone (an exponential or a sine between its extrema), they are found by halving.
 Any other operand, a sum of sines say, is sampled: switches back and forth between two samples are
 not found.  Of all divisions, those are switching times at which a number that meets the state jumps
-or bends.
+or bends, for the values of the parameters, or for other values of those that are differentiated:
+where equal pieces of a table meet, the derivatives by the pieces jump.
 """
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
 
-from ...operations import OPERATIONS
 from ..graph.evaluate import evaluate
 from ..graph.expressions import live
 from ..graph.values import ranges_of
+from ..operations import OPERATIONS
 from . import divisions
 from .divisions import FAR, NOISE, ROUNDINGS, Divisions, Parameters, TooMany
 from .straight_lines import compares, straight_lines
@@ -47,8 +49,9 @@ class Switches:
         The slots of the parameters on which the times depend.
     """
 
-    def __init__(self, graph, timed, seen, switching):
+    def __init__(self, graph, timed, seen, switching, differentiated):
         self.graph, self.timed, self.seen = graph, timed, seen
+        self._differentiated = np.array(differentiated, int)
         self.nodes = [node for node in live(switching) if node.key in timed]
         found: set = set()
         for node in live(seen):
@@ -82,12 +85,22 @@ class Switches:
         keep[at_end] = self._jumps_at_ends(values, varying or {}, member, t, t0, tf)
         return Times(found.member[keep], found.t[keep], found.sharp[keep], found.end)
 
+    def looked_at(self, values):
+        """The parameters, and others with random numbers for those that are differentiated."""
+        moved = self._differentiated
+        if not len(moved):
+            return [values]
+        other, rng = np.array(values, float), np.random.default_rng(0)
+        other[moved] += rng.uniform(1.0, 2.0, len(moved)) * (np.abs(other[moved]).max() or 1.0)
+        return [values, other]
+
     def _jumps_at_ends(self, values, varying, member, t, t0, tf):
         """Whether a number jumps between an end of the span, near the times t, and the span."""
         end = np.where(np.abs(t - t0) <= np.abs(t - tf), t0, tf)
         inwards = np.where(end == min(t0, tf), 1.0, -1.0) * NEAR * min(abs(tf - t0), 1.0)
-        given, jumps = Parameters(values, varying, member), np.zeros(len(t), bool)
-        for node in self.seen:
+        jumps = np.zeros(len(t), bool)
+        all_given = [Parameters(each, varying, member) for each in self.looked_at(values)]
+        for node, given in itertools.product(self.seen, all_given):
             there, near, far = (
                 evaluate(self.graph, [node], end + k * inwards, (), given)[0][0] for k in range(3)
             )
@@ -130,8 +143,11 @@ class Switches:
         )  # fmt: skip
 
 
-def switches(graph, outputs):
-    """The Switches of outputs; None if nothing in them switches with the time alone."""
+def switches(graph, outputs, differentiated=()):
+    """The Switches of outputs; None if nothing in them switches with the time alone.
+
+    `differentiated` are slots of parameters.
+    """
     timed, mixed, seen = set(), set(), {node.key: node for node in outputs}
     nodes = live(outputs)
     for node in nodes:
@@ -142,7 +158,7 @@ def switches(graph, outputs):
             timed.add(node.key)
     seen = [node for node in seen.values() if node.key in timed]
     switching = [node for node in live(seen) if node.key in timed and _may_switch(node)]
-    return Switches(graph, timed, seen, switching) if switching else None
+    return Switches(graph, timed, seen, switching, differentiated) if switching else None
 
 
 def _may_switch(node):

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ...operations import NAMES
-from ...operations.domains import LARGEST
 from ..graph.domains import divided_by_zero, too_large_a_power, zero_to_a_negative_power
+from ..operations import NAMES
+from ..operations.domains import LARGEST
 from .formulas import OnIds, divided, hypotenuse
 from .lift import joint, symbol
 from .symbol import HANDLERS, PYTHON, Symbol, graph_of, refuse

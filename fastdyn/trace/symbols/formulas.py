@@ -4,8 +4,8 @@ import functools
 import operator
 from typing import Any
 
-from ...operations import OPERATIONS
-from ...operations.value import Value, by_rule, floor, fmod, select, sqrt
+from ..operations import OPERATIONS
+from ..operations.value import Value, by_rule, floor, fmod, select, sqrt
 
 LARGE, SMALL = 1e300, 1e-280  # the square root of a sum of squares in this range is accurate
 

@@ -108,7 +108,8 @@ def _gauss(name, s, order, mu, rows, nystrom=False):
         start=first_step.second_order if nystrom else first_step.plain,
         n_dense=max(3, len(rows)), dense_rows=make_dense_rows(name, s, rows),
         dense_order=len(rows), second_order=nystrom, projects=False, cost=s * ITERATIONS,
-        tableau={"mu": mu, "b": tuple(map(Decimal, weights)), "c": nodes},
+        backward="collocation",
+        tableau={"mu": mu, "b": tuple(map(Decimal, weights)), "c": nodes, "rows": rows},
     )  # fmt: skip
 
 

@@ -59,7 +59,9 @@ from .past import (
 from .table import CORRECTION, ORDERS, SAME
 
 MOST_FAILURES = 10  # as in ODEPACK
-MOST_STANDING = 50  # most consecutive steps that do not change the time; none of them may fail
+# Most steps that do not change the time, unless they double their size; none of them may fail.  A
+# component may grow by many powers of ten in such steps, as y does in y' = 1e50 / y from 1e6 on.
+MOST_STANDING = 50
 RESTARTS = 3  # failures of a step after which the step restarts with order 1
 OLD, FAR = 20, 0.3  # steps, and a change of h l0, after which a Jacobian is renewed
 
@@ -69,14 +71,15 @@ def _begin(state, work, block):
     """Begin with Adams' formula of order 1; RUNNING or a failure."""
     s = state[0]
     if s.t != s.t_old:  # behind a breakpoint
-        s.h = s.h_first
+        s.h, s.stiff = s.h_first, 0
         status = first_step.lsoda(state, work, block, 1, SLOPE - K)
         if status != RUNNING:
             return status
     s.order, s.rescale, s.l0 = 1, 1.0, 1.0
     s.wait, s.wait_family, s.growth, s.rate = 2, WAIT, FIRST_GROWTH, 0.7
-    s.stiff = s.was_stiff = s.limited = s.factorised = s.age = s.n_standing = 0
-    s.drift = s.lipschitz = s.lipschitz_now = s.jacobian_norm = 0.0
+    s.was_stiff = s.stiff  # BDF if steps of BDF were taken back: see `output/borders.py`
+    s.limited = s.factorised = s.age = s.n_standing = 0
+    s.h_standing = s.drift = s.lipschitz = s.lipschitz_now = s.jacobian_norm = 0.0
     h = s.h * s.direction
     for i in range(work.shape[1]):
         work[Z, i] = work[Y, i]
@@ -174,7 +177,9 @@ def step(rhs, state, work, block, h_min):
             s.factorised = 0
         h = s.h * s.direction
         t_new = s.t + h
-        s.n_standing = s.n_standing + 1 if t_new == s.t else 0
+        if t_new != s.t or s.h > 2.0 * s.h_standing:
+            s.n_standing, s.h_standing = 0, s.h
+        s.n_standing += t_new == s.t
         hopeless = n_failed + n_unsolved > 0 or s.h >= s.h_max
         if s.n_standing > (0 if hopeless else MOST_STANDING):
             return STEP_TOO_SMALL

@@ -192,4 +192,5 @@ RADAU = implicit(
     "Radau", step, SLOPE, begin, before_events=JACOBIAN, order=5, error_order=3,
     n_rows=N_ROWS, n_matrices=4, complex_matrices=True, dense_rows=dense_rows, dense_order=3,
     on_pairs=True, takes_mass=True, cost=20, looks=ABSCISSAE,
+    backward="collocation",
 )  # fmt: skip

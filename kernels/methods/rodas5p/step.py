@@ -202,6 +202,6 @@ def dense_rows(rhs, t, h, work, block, d):
 
 RODAS5P = implicit(
     "Rodas5P", step, SLOPE, order=5, error_order=4, n_rows=N_ROWS, n_matrices=3, takes_mass=True,
-    by_time=True, dense_rows=dense_rows, dense_order=4, lane_kernel=lanes.kernel,
-    cost=10,
+    by_time=True, backward="rosenbrock", dense_rows=dense_rows, dense_order=4,
+    lane_kernel=lanes.kernel, cost=10,
 )  # fmt: skip

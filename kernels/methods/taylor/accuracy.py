@@ -21,6 +21,10 @@ FINE = 1e-14
 # Near rounding, each step is shortened by another share, at most DITHER.  Without this, steps
 # repeat with the period of an orbit (67 phases of Kepler's orbit at e = 0.4), and equal rounding
 # errors add up.  With DITHER = 1 / 32, the steps on a circle still repeat.
+# A step has 26 bits, so that its square is exact.  The times at its ends are multiples of their
+# last place, and so is the step: late in a run it has few bits, m of them odd, and m * m leaves the
+# remainder 1 by 8.  Its rounding then has one sign in all steps: on a circle, the energy drifted by
+# 3.6e-16 an orbit from orbit 10^7 to orbit 2 10^7, and by 5.5e-9 in all.
 ROUND_OFF = 1e-15
 DITHER, GOLDEN = 1.0 / 16.0, (math.sqrt(5.0) - 1.0) / 2.0
 

@@ -79,6 +79,12 @@ def unit_of(h):
     return where((exponent == 0) | (exponent == EXPONENT_BITS), 1.0, real(exponent))
 
 
+@_formula
+def squarable(x):
+    """A number without its last 27 bits, so that its square is exact."""
+    return real(bits(x) & -(1 << 27))
+
+
 @njit(**INLINED)
 def larger(a, b):
     """The larger of two; a if a is NaN."""

@@ -33,11 +33,21 @@ from .description import (
     WIDTH,
 )
 from .kinks import kinks
-from .lengths import allowed, landed, lengths, logarithm, longest, retry, smaller, unit_of
+from .lengths import (
+    allowed,
+    landed,
+    lengths,
+    logarithm,
+    longest,
+    retry,
+    smaller,
+    squarable,
+    unit_of,
+)
 from .polynomials import sums
 from .proof import DOUBT, SHORTER, WITHIN, differ, proofs
 from .room import asked, copy, enter, leave
-from .tangent import FINER, SHARE, follow, span, tangent
+from .tangent import FINER, follow, short, tangent
 
 AT_REST = 2.0**-40  # steps shorter than this share of the time count as steps at a jump
 
@@ -88,9 +98,9 @@ def _choice(limited):
 
 @njit(**INLINED)
 def _dithered(x, n_steps):
-    """The length x, varied from step to step: see `accuracy.py`."""
+    """The length x, varied from step to step, with an exact square: see `accuracy.py`."""
     turns = n_steps * GOLDEN
-    return x - DITHER * (turns - math.floor(turns)) * x
+    return squarable(x - DITHER * (turns - math.floor(turns)) * x)
 
 
 @njit(**INTERNAL)
@@ -161,7 +171,7 @@ def kernel(order, width):
                 most = smaller(cap, longest(t, s.t_start, s.h_first, s.h_max))
                 later, signed, h, cut = choose(s, t, x, size, scale, most, room, words)
                 reached = 0.0 if again or later == t else h
-                if flags & ROOTED and (reached == 0.0 or h < span(s, t) * SHARE):
+                if flags & ROOTED and (reached == 0.0 or h < short(s, t)):
                     end, along = tangent(form, s, t, most, reached, block, room, words, work)
                     if along != 0.0:
                         later, signed, cut, reached = end, along, False, abs(along)

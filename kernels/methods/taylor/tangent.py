@@ -17,6 +17,7 @@ from .room import array, asked
 SHARE = 2.0**-30  # least step of the series, as a share of the time behind or ahead
 MOST = 2.0**-10  # longest tangent step, which detects no kinks, as a share of this time
 GAIN = 4.0  # least ratio of the tangent step to the step of the series
+AGAIN = 0.25
 FINER = 4.0  # ratio of the tolerance to the allowed error of the slope
 
 
@@ -26,6 +27,13 @@ def span(s, t):
     behind, ahead = abs(t - s.t_start), abs(t - s.t_end)
     behind = behind if behind < math.inf else 0.0
     return ahead if behind < ahead < math.inf else behind
+
+
+@njit(**INTERNAL)
+def short(s, t):
+    """The length below which a step of the series tries the tangent."""
+    least = span(s, t) * SHARE
+    return smaller(least, s.h_old) if s.h_old > 0.0 else least
 
 
 @njit(**INTERNAL)
@@ -45,10 +53,12 @@ def tangent(form, s, t, most, reached, block, room, words, work):
     """(the time behind a tangent step, its length); both 0 if the step is too short to be taken.
 
     `most` is the longest step, `reached` the length of the step of the series.  The length is NaN
-    if the function raises.
+    if the function raises.  Where the tangent is too short, steps try it again from AGAIN of this
+    step on: an orbit that is short of time at its perihelion has no root there.
     """
     later, signed, _ = landed(t, smaller(most, span(s, t) * MOST), s.t_end, s.direction)
     if not abs(signed) > reached * GAIN:
+        s.h_old = reached * AGAIN
         return 0.0, 0.0
     if asked(block, t, room, words, work, NOW):
         return t, math.nan

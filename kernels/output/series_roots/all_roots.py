@@ -9,7 +9,8 @@ which reads the rows of the last step, writes to `out` the coefficients of the e
     g(t_old + x h) = sum out[k] x^k,
 
 and returns the number of coefficients: at most MOST_TERMS, or 0 if the event has no series in this
-step.  Brent's method then finds the zero.  `block` is the address of the event's block.
+step, or -1 if a part of the step may have one.  Without a series, Brent's method finds the zero.
+`block` is the address of the event's block.
 
 The remainder of the series at x = 1 is added as one more term, so that the polynomial ends with the
 value of the event function, and no crossing is lost between two steps.
@@ -146,27 +147,31 @@ def _roots(e, solve, t, room, kept, scratch):
     """
     s, c = solve.state[0], slot(None, room, GIVEN)
     n = invoke(e.series, (s.t_old, t - s.t_old, solve.work, e.block, c))
-    if n < 1 or n > MOST_TERMS:
+    if n == 0 or n > MOST_TERMS:
         return -1, 0.0
-    c[0] = e.g if e.begins == PLAIN else SIGN * np.sign(e.g)
+    c[0] = begins = e.g if e.begins == PLAIN else SIGN * np.sign(e.g)
     total = size = 0.0
     for k in range(n):
         total += c[k]
         size += abs(c[k])
-    c[n] = e.g_new - total
+    c[max(n, 0)] = e.g_new - total
     believed = CONVERGED * size
-    if abs(c[n]) <= believed and agrees(e, solve, t, c[: n + 1], believed, scratch):
+    if (
+        n > 0
+        and abs(c[n]) <= believed
+        and agrees(e, solve, 0.0, t - s.t_old, c[: n + 1], believed, scratch)
+    ):
         found, side = polynomial_roots(c[: n + 1], room)
         for j in range(found):
             kept[0, j], kept[1, j] = room[PLACES, j], room[TURNS, j]
     else:
         scale_row, moved = len(solve.work) - 1, scratch[2:]
-        found, side = roots_in_parts(e, solve, t, c[0], scale_row, room, kept, moved)
+        found, side, size = roots_in_parts(e, solve, t, begins, scale_row, room, kept, moved)
     e.size, first = size, side
     for j in range(found - 1, -1, -1):
         if kept[1, j] != 0.0:
             first = -kept[1, j]
-    if found >= 0 and not side * e.g_new > 0.0:
+    if found >= 0 and side * e.g_new <= 0.0:  # else NaN stays NaN
         e.g_new = SIGN * side
     return found, first
 

@@ -10,6 +10,8 @@ from ..dense_output import polynomial
 from ..events import ENDLESS, FAILED, NONE, PENDING, SIGN, ends_run, evaluate_all, never_ends
 from ..meetings import APART, ROUNDING, near
 
+JUMP = 1e-6  # share of the event function's size at which its value at a root is no rounding
+
 
 @njit(**INTERNAL)
 def sort(events, first, end, direction):
@@ -56,7 +58,10 @@ def meet(events, first, n, end, d, s, scratch):
     for k in range(first, end):
         if abs(events.t[k] - t) <= near(t):
             e = table[events.index[k]]
-            e.noise = e.size * (ROUNDING + near(t) / abs(h)) + APART * abs(e.g_new)
+            if abs(e.g_new) > JUMP * e.size:  # behind a jump, the value tells the sign
+                e.noise = 0.0
+            else:
+                e.noise = e.size * (ROUNDING + near(t) / abs(h)) + APART * abs(e.g_new)
             if k >= n:
                 e.active, e.root = 1, t
     for i in range(len(table)):

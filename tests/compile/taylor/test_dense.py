@@ -50,6 +50,7 @@ def blocks(text):
     return [block.count("\n") for block in re.split(r"\n\w+:\n", code)]
 
 
+@pytest.mark.hunt
 def test_a_long_block_is_cut(monkeypatch):
     """The numbers are the same, to the bit."""
     ends, longest, fun = [], [], Network(10)
@@ -79,6 +80,7 @@ def test_sines_of_both_signs_share_a_recurrence(n):
     assert calls == 2 * n + 2 * pairs
 
 
+@pytest.mark.hunt
 def test_a_dense_matrix_has_like_nodes_in_the_lanes(monkeypatch):
     matrix = np.random.default_rng(1).normal(size=(20, 20)) / 20.0
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from fastdyn import solve_ensemble, solve_ivp
+from fastdyn import Stepper, solve_ensemble, solve_ivp
 from fastdyn.kernels.methods.taylor import tangent
+from fastdyn.systems import satellite
 
 
 def tank(t, y, k):
@@ -138,3 +139,16 @@ def test_sliding_is_noticed(method):
     assert run.nfev < 50_000
     if method == "Taylor":
         assert run.status == -1 and "Required step size" in run.message
+
+
+def test_an_orbit_that_grazes_its_planet_is_no_tank():
+    """Each step near the planet, short beside the period, tried the tangent twelve times."""
+    orbit = satellite(V=math.sqrt(2.0 - 1e-6))
+    given = {"args": orbit.args, "rtol": 1e-14, "atol": 1e-22}
+    start, end = orbit.initial_state(), 3.0 * orbit.period
+    run = solve_ivp(orbit.rhs, (0, end), start, "Taylor", t_eval=[end], **given)
+    assert run.n_rejected < 0.1 * run.n_accepted
+    step_by_step = Stepper(orbit.rhs, 0.0, start, end, "Taylor", **given)
+    for _ in range(40):
+        step_by_step.step()
+    assert step_by_step.n_rejected <= 15

@@ -148,6 +148,7 @@ def test_where_large_functions_raise():
     assert found.status == -1
 
 
+@pytest.mark.hunt
 def test_a_condition_on_a_parameter_of_a_large_system():
     """Rows have no conditions: the other generator writes the series."""
 

@@ -7,6 +7,7 @@ The kernel is ``int64 series(t_old, h, work, block address, out)``.
 from fastdyn.kernels.state.record import K
 from fastdyn.kernels.state.series import SCALE
 
+from ..recurrences import deceptive
 from ..text.instructions import ONE, Text, hexadecimal
 from .online import Online
 
@@ -15,11 +16,25 @@ WORDS = {"t": (0, "double"), "h": (1, "double"), "work": (2, "ptr"), "n": (4, "i
 
 
 class _Terms:
-    """Stores the coefficients of the event; replaces `Watched` in an `Online`."""
+    """Stores the coefficients of the event; replaces `Watched` in an `Online`.
+
+    The series of a root continues beyond a zero of the radicand, and that of atan2 beyond its jump.
+    Therefore the numbers that decide must not reach zero: the sum of the sizes of their terms from
+    order 1 on must be smaller than their values at the start.
+    """
 
     def __init__(self, plan, text, x, invariant):
         self.plan, self.text, self.x, self.invariant = plan, text, x, invariant
         self._power = text.slot("double")
+        self._guards = [guard for guard in map(self._guard, plan.steps) if guard]
+        numbers = {a.key for guard in self._guards for a in guard}
+        self._sizes = {key: (text.slot("double"), text.slot("double")) for key in numbers}
+
+    def _guard(self, step):
+        """The numbers of a step of which one must keep its sign; the second must be positive."""
+        if step.node.op == "atan2":
+            return [a for a in step.arguments if not self.plan.rewrite.is_invariant(a)]
+        return [step.a] if deceptive.root(step) else []
 
     def sides(self):
         return {}
@@ -33,7 +48,27 @@ class _Terms:
         power = text.load(self._power)
         term = text.mul(text.mul(self.invariant(f), values[core.key]), power)
         text.store(term, text.at("%out", k))
+        for key, (first, sum_) in self._sizes.items():
+            value = text.mul(values[key], power)
+            if k == 0:
+                text.store(value, first)
+                text.store(None, sum_)
+            elif value is not None:
+                size = text.intrinsic("fabs", value)
+                text.store(text.add(text.load(sum_), size), sum_)
         text.store(text.mul(power, self.x), self._power)
+
+    def n_terms(self, n):
+        """n, or -1 if the event may differ from its series."""
+        text, sound = self.text, "true"
+        for numbers in self._guards:
+            one = "false"
+            for i, a in enumerate(numbers):
+                first, sum_ = map(text.load, self._sizes[a.key])
+                size = text.intrinsic("fabs", first) if i == 0 else first
+                one = text.truths("or", one, text.compare("olt", sum_, size))
+            sound = text.truths("and", sound, one)
+        return text.new(f"select i1 {sound}, i64 {n}, i64 -1")
 
 
 class Composed(Online):
@@ -79,5 +114,5 @@ def emit(plan, order, symbol, declared, fused, width=4):
     y = {i: text.load(text.at(rows, i)) for i in series.used}
     series.begin("%t", y)
     series.emit()
-    text.put(f"ret i64 {order + 1}")
+    text.put(f"ret i64 {terms.n_terms(order + 1)}")
     return text.listing(declared, text.function(f"i64 @{symbol}(ptr %words)", "%words"))

@@ -10,7 +10,7 @@ other functions, the slopes of function and series are compared at a point insid
 
 from typing import Any, NamedTuple
 
-from fastdyn.operations import OPERATIONS
+from fastdyn.trace.operations import OPERATIONS
 
 from .operations import Choice, Integral, Power, Quotient, Root, Sum
 

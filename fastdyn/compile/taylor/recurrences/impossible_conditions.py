@@ -28,7 +28,7 @@ def _never_holds(condition):
         one = todo.pop()
         if one.op == "and":
             todo += one.args
-        elif one.op == "lt" and _never_positive(one.args[1]) and _never_negative(one.args[0]):
+        elif one.op == "lt" and _never_positive(one.args[1]) and never_negative(one.args[0]):
             return True
     return False
 
@@ -37,7 +37,7 @@ def _never_positive(node):
     return node.op == "const" and node.data <= 0.0
 
 
-def _never_negative(node):
+def never_negative(node):
     """True if a node is made of squares, |x|, roots and constants >= 0 by sums and products."""
     seen, todo = set(), [node]
     while todo:

@@ -3,8 +3,8 @@
 import math
 from collections import Counter
 
-from fastdyn.operations import OPERATIONS
 from fastdyn.trace.graph.refusal import refused_as
+from fastdyn.trace.operations import OPERATIONS
 
 from . import deceptive
 from .factors import Scaled, share_factors

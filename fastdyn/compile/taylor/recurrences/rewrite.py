@@ -7,10 +7,11 @@ the numerical integration of ODEs by means of high-order Taylor methods", Experi
 14 (2005), section 3).
 """
 
-from fastdyn.operations import OPERATIONS
-from fastdyn.operations.domains import LARGEST
-from fastdyn.operations.value import by_rule
+from fastdyn.trace.operations import OPERATIONS
+from fastdyn.trace.operations.domains import LARGEST
+from fastdyn.trace.operations.value import by_rule
 
+from .distances import without_root
 from .known_sides import known_side
 
 MAX_WHOLE = 64
@@ -97,7 +98,8 @@ class Rewriter:
         if left[0].op == "abs" and b.op == "const" and b.data >= 0 and op != "eq":
             x = self._done[left[0].args[0].key]
             return g.both(g.compare(x, b, op), g.compare(g.neg(b), x, op))
-        return g.compare(a, b, op)
+        found = without_root(self, op, a, b)
+        return g.compare(a, b, op) if found is None else found
 
     # -- powers
 

@@ -6,7 +6,7 @@ A value is a name or a constant.  None stands for zero: operations on None emit 
 import copy
 import struct
 
-from fastdyn.operations import OPERATIONS
+from fastdyn.trace.operations import OPERATIONS
 
 from .lines import Lines, hexadecimal
 

@@ -1,0 +1,1 @@
+"""Routines that solve one small system of equations, or one narrow band, in straight-line code."""

@@ -1,0 +1,1 @@
+"""Ensembles whose states are longer than the function's: discrete states, sensitivities."""

@@ -1,0 +1,79 @@
+"""The memory of a run: Jacobi's coordinates and the constants of the splitting, laid out."""
+
+import numpy as np
+
+from fastdyn.kernels.methods.wisdom_holman.steps import (
+    HEAD,
+    MODIFIED,
+    N_BODIES,
+    N_PAIRS,
+    Motion,
+    Room,
+    padded,
+    sizes,
+)
+from fastdyn.kernels.state.record import K
+
+HILL = 3.0  # the distance at which two planets meet, in mutual Hill radii
+FAR = 1e200  # the square of a distance, whose cube is finite, of pairs that do not pull or meet
+
+
+def jacobi(masses, q):
+    """Jacobi's coordinates of the planets, (n, 3), of places or velocities of all bodies."""
+    inner = np.cumsum(masses)[:-1, None]
+    return q[1:] - np.cumsum(masses[:-1, None] * q[:-1], 0) / inner
+
+
+def laid_out(masses, q, v, G, bodies, pairs, modified):
+    """The `work` array of a run.
+
+    Parameters
+    ----------
+    masses : array, shape (n + 1,)
+        The star, then the planets from the inside to the outside.
+    q, v : array, shape (n + 1, 3)
+    G : float
+    bodies : array, shape (n,)
+        The place of each planet in the state.
+    pairs : list
+        (a, b) of the corrector.
+    modified : bool
+    """
+    n = len(masses) - 1
+    p, lengths = padded(n), sizes(n)
+    starts = HEAD + np.r_[0, np.cumsum(lengths)]
+    wide = 6 * (n + 1)
+    n_rows = -(-starts[-1] // wide)
+    work = np.zeros((K + n_rows, wide))
+    flat = work[K:].reshape(-1)
+    rows = [flat[a : a + size] for a, size in zip(starts, lengths, strict=False)]
+    out, room = Motion(*rows[5:10]), Room(*rows[10:])
+    eta, star, m = np.cumsum(masses), masses[0], masses[1:]
+    flat[N_BODIES], flat[N_PAIRS], flat[MODIFIED] = n + 1, len(pairs), modified
+    filler = np.minimum(np.arange(p), n - 1)  # lanes without a planet follow the last
+    out.x.reshape(3, p)[:] = jacobi(masses, q)[filler].T
+    out.v.reshape(3, p)[:] = jacobi(masses, v)[filler].T
+    room.mu[:] = (G * eta[1:])[filler]
+    first = star / eta[:-1]
+    room.outer[:n] = G * first * eta[1:]
+    room.inner[:n] = G * eta[1:] * (eta[:-1] - star) / eta[:-1]
+    room.apart[:] = FAR
+    before = np.tril(np.ones((n, n)), -1)  # [i, j]: planet j counts before planet i
+    _fill(room.centre, (m / eta[1:]) * before, p)
+    _fill(room.weights, G * m * (1.0 - np.eye(n)), p)
+    massless = (m == 0.0)[:, None] & (m == 0.0)
+    _fill(room.apart, FAR * (massless | np.eye(n, dtype=bool)), p)
+    hill = ((m[:, None] + m) / (3.0 * star)) ** (1.0 / 3.0)
+    _fill(room.near, (HILL * hill) ** 2 * (1.0 - np.eye(n)), p)
+    _fill(room.of_pulls, np.eye(n) - m / eta[:-1, None] * before, p)
+    _fill(room.of_star, -G * star * m / eta[:-1, None] * before.T, p)
+    room.masses[:], room.body[:] = masses, bodies
+    room.drifting[:3], room.drifting[3:] = masses @ q / eta[-1], masses @ v / eta[-1]
+    room.pairs[: 2 * len(pairs)] = np.ravel(pairs)
+    return work
+
+
+def _fill(row, matrix, p):
+    """Store a matrix by columns, padded."""
+    n = len(matrix)
+    row.reshape(p, p)[:n, :n] = matrix.T

@@ -1,0 +1,163 @@
+"""The `vjp` of a plain solve in repeated calls: a sweep whose memory is laid out once.
+
+A plain solve is one by an explicit method without events and breakpoints whose states are all kept.
+Its `vjp` is a Vjp that holds the steps only, and becomes a whole one when more is asked.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from fastdyn.code_store import Call
+from fastdyn.code_store.call import address_of
+from fastdyn.compile.parameters import n_words
+from fastdyn.kernels.calls.block import FIRST
+from fastdyn.kernels.methods.adjoint import Seeds, Steps
+from fastdyn.kernels.state.record import RUNNING
+from fastdyn.kernels.stepping.backward import COSINE, LARGEST
+from fastdyn.problem.sensitivities import START
+from fastdyn.specialise import scalar
+
+from .backward import backward_of
+from .vjp import ALWAYS_STABLE, Vjp
+
+FLOAT = np.dtype(float)
+MORE = 64  # steps for which a sweep has room at first
+
+
+class Laid:
+    """The memory and the arguments of a sweep over plain solves of one kind, for one thread."""
+
+    def __init__(self, backward, product, n_points, tolerances):
+        n, times = product.n, np.zeros(n_points)
+        self._memory = memory = backward.room(product, np.zeros(n))
+        none, states, block = np.zeros(1), np.zeros((1, n)), np.zeros(1, np.int64)
+        rows, beta = np.zeros((len(times), n)), np.zeros(backward.n_weights)
+        seeds = Seeds(times, none, rows, beta, np.zeros(1, np.int64))
+        steps = Steps(none, none, np.zeros(MORE), np.zeros(MORE, np.int64))
+        self._call = call = Call(
+            scalar.sweep_whole_kernel(), *backward.fields, *steps, states, *seeds, block, block,
+            *memory, np.zeros((n, n_points)), *tolerances,
+        )  # fmt: skip
+        names = "steps.t", "steps.end", "states", "seeds.t", "seeds.ends", "block", "own", "given.g"
+        self._places = [call.place(name) for name in names]
+        self._room, self._lam = MORE, backward.lam
+
+    def over(self, t, states, times, blocks, g):
+        """Go back over a solve: the status, lam, the gradient behind n numbers, and the gauge.
+
+        The arrays are those of the memory, and valid until the next call.
+        """
+        n_steps, words = len(t) - 1, self._call.words
+        if n_steps > self._room:
+            self._room = 2 * n_steps
+            self._call["steps.h"] = np.zeros(self._room)
+            self._call["steps.fresh"] = np.zeros(self._room, np.int64)
+        at, end, of_states, of_times, ends, own, pull, of_g = self._places
+        address, (own_block, block) = address_of(t), blocks
+        words[at], words[at + 1] = address, n_steps
+        words[end], words[end + 1] = address + 8, n_steps
+        words[ends], words[ends + 1] = address, n_steps + 1
+        words[of_states], words[of_states + 1] = address_of(states), n_steps + 1
+        words[of_times], words[of_g] = address_of(times), address_of(g)
+        words[own], words[own + 1] = address_of(own_block), len(own_block)
+        words[pull], words[pull + 1] = address_of(block), len(block)
+        memory = self._memory
+        return self._call(), memory.work[self._lam], memory.out, memory.gauge
+
+
+class Sweeps:
+    """Sweeps over plain solves of one kind, in any number of threads."""
+
+    def __init__(self, problem, product, directions):
+        self._backward = backward_of(problem.method.name, product)
+        tolerances = problem.rtol, problem.atol
+        self._given = self._backward, product, len(problem.t_eval), tolerances
+        self._idle: list[Laid] = []
+        self._parts, begin = [], product.n
+        for d in directions:
+            if d.position == 0:
+                self._parts.append((START, None, 0, 0))
+                continue
+            self._parts.append((d.name, d.value.shape, begin, begin + d.size))
+            begin += d.size
+
+    def over(self, *given):
+        """The derivatives by name: see `Laid.over`; None if they are not finite, or not stable."""
+        try:
+            laid = self._idle.pop()
+        except IndexError:
+            laid = Laid(*self._given)
+        status, lam, out, gauge = laid.over(*given)
+        found = None
+        largest = gauge[LARGEST]
+        if status == RUNNING and (
+            largest < ALWAYS_STABLE or largest <= self._backward.stable(gauge[COSINE])
+        ):
+            found = {}
+            for name, shape, begin, end in self._parts:
+                if shape is None:
+                    found[name] = lam.copy()
+                else:
+                    found[name] = out[begin:end].copy().reshape(shape) if shape else out[begin]
+        self._idle.append(laid)
+        return found
+
+
+class Values:
+    """Where the words of a function's block name arrays, which a `vjp` copies."""
+
+    def __init__(self, bound):
+        self._arrays, at = [], FIRST
+        for i, (kind, _) in enumerate(bound.values):
+            words = n_words(kind)
+            if words and kind[0] == "array":
+                self._arrays.append((i, at))
+            at += words
+
+    def copied(self, values, block):
+        """The values with copies of the arrays, which the block then names."""
+        if not self._arrays:
+            return values
+        values = list(values)
+        for i, at in self._arrays:
+            values[i] = own = np.array(values[i], order="C")
+            block[at] = address_of(own)
+        return values
+
+
+class PlainVjp(Vjp):
+    """The Vjp of a plain solve.
+
+    Parameters
+    ----------
+    sweeps : Sweeps
+    solve : tuple
+        Times of the steps, their states, the times of the outputs, the blocks of the equations and
+        of their product.
+    whole : callable
+        ``whole()`` is a Vjp of the same solve; it keeps what the blocks need.
+    """
+
+    def __init__(self, sweeps, solve, whole):
+        self._sweeps, self._solve, self._whole = sweeps, solve, whole
+        self._shape = solve[1].shape[1], len(solve[2])
+
+    def __getattr__(self, name) -> Any:
+        """An attribute of the whole Vjp, which is made now."""
+        if self.__dict__.get("_sweeps") is None:  # there is none that is not made already
+            raise AttributeError(name)
+        self.__dict__ = {**vars(self._whole()), **self.__dict__, "_sweeps": None}
+        return self.__dict__[name]
+
+    def __call__(self, g=None, t_events=None, y_events=None):
+        """As `Vjp`."""
+        sweeps = self._sweeps
+        if (
+            sweeps is not None and t_events is None is y_events and isinstance(g, np.ndarray)
+            and g.dtype == FLOAT and g.shape == self._shape
+        ):  # fmt: skip
+            found = sweeps.over(*self._solve, np.ascontiguousarray(g))
+            if found is not None:
+                return found
+        return super().__call__(g, t_events, y_events)

@@ -1,0 +1,103 @@
+"""Reading tables: entries, searches, piecewise polynomials, interpolation.
+
+The data of such a node are names of tables of the graph; `value` gets the contents instead.
+"""
+
+import numpy as np
+
+from .record import Operation, add
+from .value import Value, select
+
+
+def _entry(table, x):
+    i = np.nan_to_num(np.asarray(x, float), nan=0.0, posinf=0.0, neginf=0.0).astype(np.int64)
+    return table[np.clip(np.where(i < 0, i + len(table), i), 0, len(table) - 1)]
+
+
+def _place(knots, x):
+    """The index of the piece that contains x."""
+    return np.clip(np.searchsorted(knots, x, "right") - 1, 0, len(knots) - 2)
+
+
+def _piecewise(data, x):
+    knots, *coefficients = data
+    i = _place(knots, x)
+    at, result = np.asarray(x) - knots[i], coefficients[0][i]
+    for c in coefficients[1:]:
+        result = result * at + c[i]
+    return result
+
+
+def _interpolate(data, x):
+    """np.interp for x between the first and the last knot."""
+    knots, heights = data
+    x = np.asarray(x, float)
+    i = _place(knots, x)
+    left, right, low, high = knots[i], knots[i + 1], heights[i], heights[i + 1]
+    slope = (high - low) / (right - left)
+    result = slope * (x - left) + low
+    result = np.where(np.isnan(result), slope * (x - right) + high, result)
+    result = np.where(np.isnan(result) & (low == high), low, result)
+    return np.where(np.isnan(x), x, np.where(x == left, low, result))[()]
+
+
+# -- derivatives
+
+
+def _piece(knots, x):
+    """The index of the piece that contains x."""
+    i = x.read("search", (knots, "right")) - 1
+    i, last = select(i < 0, 0.0, i), len(x.g.tables[knots]) - 2
+    return select(i < last, i, last)
+
+
+def _slope_of_polynomial(o, x):
+    knots, *coefficients = o.of.data
+    i, slope = _piece(knots, x), 0.0
+    at = x - i.read("table", knots)
+    for k, name in zip(range(len(coefficients) - 1, 0, -1), coefficients[:-1], strict=True):
+        c = k * i.read("table", name)
+        slope = slope * at + c if isinstance(slope, Value) else c
+    return slope
+
+
+def _slope_of_chord(o, x):
+    """The slope of the piece that contains x."""
+    i = _piece(o.of.data[0], x)
+    knots, heights = ((i + 1).read("table", name) - i.read("table", name) for name in o.of.data)
+    return heights / knots
+
+
+def _inside_table(o, i, slots):
+    for slot, unit in _units(o, o.of.data, slots):
+        yield slot, i.read("table", unit)
+
+
+def _inside_interpolation(o, x, slots):
+    knots, heights = o.of.data
+    for slot, unit in _units(o, heights, slots):
+        yield slot, x.read("interpolate", (knots, unit))
+    for slot, unit in _units(o, knots, slots):
+        yield slot, -(_slope_of_chord(o, x) * x.read("interpolate", (knots, unit)))
+
+
+def _units(o, name, slots):
+    """For each parameter in a table, yield (slot, name of a table with 1 there, 0 elsewhere)."""
+    table = o.g.tables[name]
+    if isinstance(table, range):
+        for slot in slots:
+            if slot in table:
+                yield slot, o.g.table(np.arange(len(table)) == table.index(slot))
+
+
+add(
+    Operation("table", _entry, (0.0,), tables=True, inside=_inside_table,
+              words="a table that is read at a place that moves"),
+    Operation("search", lambda data, x: np.searchsorted(data[0], x, data[1]) * 1.0, (0.0,),
+              tables=True, whole=True, cost=20, decision=lambda o, x: o,
+              words="a search in a table"),
+    Operation("piecewise", _piecewise, (_slope_of_polynomial,), tables=True, cost=20,
+              words="a spline"),
+    Operation("interpolate", _interpolate, (_slope_of_chord,), tables=True, cost=20,
+              inside=_inside_interpolation, words="interpolation in a table"),
+)  # fmt: skip

@@ -1,0 +1,1 @@
+"""Matrices of some ten to sixty rows, enlarged to whole vectors."""

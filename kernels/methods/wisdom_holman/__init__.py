@@ -1,0 +1,1 @@
+"""WisdomHolman: the orbits around a dominant mass, exactly, and kicks by what perturbs them."""

@@ -1,0 +1,27 @@
+"""A solve that ends at a jump, or at a limit about which the equations switch, says what to do."""
+
+import numpy as np
+import pytest
+
+from fastdyn import solve_dae
+
+
+def jumping(t, y, yp):
+    return [yp[0] + y[1], y[1] - (1.0 if t < 2.3 else 5.0)]
+
+
+def chattering(t, y, yp):
+    return [yp[0] - y[1], y[1] + np.sign(y[0])]
+
+
+@pytest.mark.parametrize(("F", "y1", "at"), [(jumping, 1.0, "2.3"), (chattering, -1.0, "1")])
+def test_a_remedy_is_named(F, y1, at):
+    run = solve_dae(F, (0, 5), [1.0, y1], [-1.0, 0.0])
+    assert run.status == -1 and f"t = {at}" in run.message
+    for remedy in ("`breakpoints=`", "an event that resets the state, or hysteresis"):
+        assert remedy in run.message
+
+
+def test_the_remedy_of_a_jump_helps():
+    run = solve_dae(jumping, (0, 5), [1.0, 1.0], [-1.0, 0.0], breakpoints=[2.3])
+    assert run.success and run.y[0, -1] == pytest.approx(1.0 - 2.3 - 5.0 * 2.7, rel=1e-6)

@@ -1,0 +1,204 @@
+"""Slips within a function of the user: the exception stays, one sentence says what it means."""
+
+import math
+import traceback
+import warnings
+
+import numpy as np
+import pytest
+
+import fastdyn
+from fastdyn import Phase, analysis, matlab, solve
+from support.slips import hit
+
+Y = [1.0, 0.0]
+
+
+def texts(t, y):
+    return ["a", "b"]
+
+
+def of_odeint(y, t):
+    return [y[1], -y[0]]
+
+
+def of_odeint_by_other_names(s, time):
+    return [s[1], -s[0]]
+
+
+def unpacked(state, time):
+    x, v = state
+    return [v, -x]
+
+
+def of_g(t, y, g):
+    return [y[1], -g * y[0]]
+
+
+def of_three(t, y):
+    return [y[1], y[2], -y[0]]
+
+
+def unpacks_three(t, y):
+    a, b, c = y
+    return [a, b, c]
+
+
+def unpacks_one(t, y):
+    (a,) = y
+    return [a, a]
+
+
+def power(t, y):
+    return [y[1], -(y[0] ^ 2)]
+
+
+def of_math(t, y):
+    return [y[1], -math.sin(y)]
+
+
+def of_float(t, y):
+    return [y[1], float(y)]
+
+
+def whole(t, y):
+    return [y[1], -np.sin(y)]
+
+
+def decides(t, y):
+    return -y if y > 0 else y
+
+
+def of_keys(t, y, p):
+    return [y[1], -p["length"] * y[0]]
+
+
+def alone(y):
+    return [y[1], -y[0]]
+
+
+def divides(t, y):
+    return [y[1], 1 / float(t - t)]
+
+
+class Oscillator:
+    def rhs(self, t, y):
+        return [y[1], -y[0]]
+
+
+CALLED = "`fun` is called as fun(t, y, *args)"
+IN_FUN = [  # fun, args, type of the exception, sentence
+    (texts, (), ValueError, "`fun` returned ['a', 'b']; it must return 2 numbers"),
+    (lambda t, y: None, (), TypeError, "without a `return`, a function returns None"),
+    (lambda t, y: np.eye(2), (), ValueError, "it returned an array of shape (2, 2)"),
+    (of_odeint, (), TypeError, "its first argument, `y` here, is the time. For a function in the"),
+    (of_odeint_by_other_names, (), TypeError, "its first argument, `s` here, is the time"),
+    (unpacked, (), TypeError, "its first argument, `state` here, is the time"),
+    (of_g, (), TypeError, f"{CALLED}: give the value of g, args=(g,)."),
+    (of_g, (1.0, 2.0), TypeError, f"{CALLED}, here with the 2 values of `args`"),
+    (lambda t, y, g, h: y, (1.0,), TypeError, "`args` has 1 value: give the value of h"),
+    (alone, (), TypeError, f"{CALLED}."),
+    (Oscillator.rhs, (), TypeError, "is it a method? Give that of an object"),
+    (of_g, ([1.0, 2.0],), (TypeError, ValueError), "In `args` `g` is a list of 2 numbers"),
+    (of_g, (np.ones(2),), ValueError, "In `args` `g` is an array of 2 numbers; is one number"),
+    (of_g, ("9.81",), TypeError, "In `args` `g` is the text '9.81'; is one number meant?"),
+    (of_g, (None,), TypeError, "In `args` `g` is None"),
+    (of_three, (), IndexError, "`y` has 2 components, as many as `y0`; the last is y[1]."),
+    (unpacks_three, (), ValueError, "`y` has 2 components, as many as `y0`."),
+    (unpacks_one, (), ValueError, "`y` has 2 components, as many as `y0`."),
+    (power, (), TypeError, "`^` is no power in Python: x squared is x**2."),
+    (of_math, (), TypeError, "`math.sin` takes one number; here it has an array. One component is"),
+    (of_float, (), TypeError, "`float` takes one number; here it has an array."),
+    (whole, (), ValueError, "Component 1 of what `fun` returned has shape (2,)"),
+    (decides, (), ValueError, "A condition is about one number, as in `if y[0] > 0`"),
+    (of_keys, ({"lenght": 1.0},), KeyError, "but no 'length'; did you mean 'lenght'?"),
+    (divides, (), ZeroDivisionError, "`fun` was called at t = 0, y = [1., 0.]."),
+]  # fmt: skip
+OF_BVP = lambda ya, yb: [ya[0], yb[0]]  # noqa: E731
+OF_A = "give the value of g, args=(g,)"
+DOORS = {  # a forgotten `args`, or one that an event does not take, in each door
+    "prepare": (lambda: fastdyn.prepare(of_g, (0, 1), Y), OF_A),
+    "Stepper": (lambda: fastdyn.Stepper(of_g, 0.0, Y, 1.0).step(), OF_A),
+    "solve_ensemble": (lambda: fastdyn.solve_ensemble(of_g, (0, 1), np.ones((3, 2))), OF_A),
+    "solve_dae": (
+        lambda: fastdyn.solve_dae(lambda t, y, yp, g: yp + g * y, (0, 1), [1.0], [-1.0]),
+        f"`F` is called as F(t, y, yp, *args): {OF_A}",
+    ),
+    "solve_phases": (
+        lambda: fastdyn.solve_phases(
+            {"a": Phase(of_g, hit(terminal=True), lambda t, y: None)}, "a", (0, 1), Y
+        ),
+        OF_A,
+    ),
+    "solve_bvp": (
+        lambda: fastdyn.solve_bvp(of_g, OF_BVP, [0.0, 1.0], np.zeros((2, 2))),
+        "`fun` is called as fun(x, y): give the value of g",
+    ),
+    "solve_second_order": (
+        lambda: solve.solve_second_order(lambda t, q, g: -q, (0, 1), [1.0], [0.0], step=0.1), OF_A
+    ),
+    "solve_separable": (
+        lambda: solve.solve_separable(of_g, of_g, (0, 1), [1.0], [0.0], step=0.1),
+        f"`velocity` is called as velocity(t, p, *args): {OF_A}",
+    ),
+    "ode45": (lambda: matlab.ode45(of_g, [0.0, 1.0], Y), OF_A),
+    "linearise": (lambda: analysis.linearise(of_g, Y), OF_A),
+    "lyapunov": (lambda: analysis.lyapunov(of_g, Y), OF_A),
+    "event": (
+        lambda: fastdyn.solve_ivp(of_g, (0, 1), Y, args=(1.0,), events=lambda t, y: y[0]),
+        "An event is called as event(t, y, *args), here with the value of `args`",
+    ),
+    "jac": (
+        lambda: fastdyn.solve_ivp(
+            of_g, (0, 1), Y, "Radau", args=(1.0,), jac=lambda t, y: np.eye(2)
+        ),
+        "`jac` is called as jac(t, y, *args), here with the value of `args`",
+    ),
+    "Taylor": (lambda: fastdyn.solve_ivp(of_g, (0, 1), Y, "Taylor"), OF_A),
+    "adjoint": (lambda: fastdyn.solve_ivp(of_g, (0, 1), Y, adjoint="y0"), OF_A),
+}  # fmt: skip
+
+
+def raised(call):
+    with warnings.catch_warnings(record=True), pytest.raises(Exception) as found:
+        warnings.simplefilter("always")
+        call()
+    return found.value
+
+
+@pytest.mark.parametrize(("fun", "args", "kind", "words"), IN_FUN)
+def test_an_exception_of_fun_gets_a_sentence(fun, args, kind, words):
+    error = raised(lambda: fastdyn.solve_ivp(fun, (0, 1), Y, args=args))
+    assert isinstance(error, kind)
+    said = [str(error), *getattr(error, "__notes__", ())]
+    assert words in "\n".join(said)
+
+
+def test_the_exception_is_that_of_fun_at_its_line():
+    error = raised(lambda: fastdyn.solve_ivp(of_three, (0, 1), Y))
+    assert str(error) == "index 2 is out of bounds for axis 0 with size 2"
+    assert traceback.extract_tb(error.__traceback__)[-1].line == "return [y[1], y[2], -y[0]]"
+    assert len(error.__notes__) == 1
+
+
+@pytest.mark.parametrize("name", DOORS)
+def test_each_door_gives_the_sentence(name):
+    call, words = DOORS[name]
+    assert words in "\n".join(raised(call).__notes__)
+
+
+def test_an_error_that_is_found_on_the_way_names_its_time():
+    error = raised(lambda: fastdyn.solve_ivp(lambda t, y: [-math.sqrt(y[0]) - 1], (0, 5), [1.0]))
+    assert error.__notes__[0].startswith("`fun` was called at t = 0.")
+
+
+def test_an_order_that_raises_nothing_is_told_of():
+    with pytest.warns(UserWarning, match="its first argument, `y` here, is the time"):
+        fastdyn.solve_ivp(lambda y, t: -y, (0, 1), [1.0])
+
+
+def test_an_exception_that_has_another_cause_stays_alone():
+    def fun(t, y):
+        raise ValueError("the tank is empty")
+
+    assert not hasattr(raised(lambda: fastdyn.solve_ivp(fun, (0, 1), Y)), "__notes__")

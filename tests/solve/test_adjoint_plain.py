@@ -1,0 +1,84 @@
+"""The `vjp` of plain solves in repeated calls, laid out, is that of first calls."""
+
+import numpy as np
+import pytest
+
+from fastdyn import solve_ivp
+from fastdyn.solve.adjoint.plain import PlainVjp
+from support.discrete_solution import flat
+
+HOW = {"adjoint": ("y0", "args"), "rtol": 1e-6, "atol": 1e-6}
+
+
+def heat(t, u, diffusivity):
+    flow = diffusivity * (u[1:] - u[:-1])
+    return np.concatenate((flow[:1], flow[1:] - flow[:-1], -flow[-1:]))
+
+
+def both(fun, span, y0, args, t_eval):
+    """The results of a repeated call, and of the same call the way of a first one."""
+    given = (fun, span, y0, "Tsit5", t_eval)
+    found = solve_ivp(*given, args=args, **HOW)
+    return found, solve_ivp(*given, args=[*args], **HOW)
+
+
+def is_laid(result):
+    """Whether the sweep of a result is one that is laid out."""
+    return type(result.vjp) is PlainVjp and result.vjp._sweeps is not None
+
+
+def test_steps_that_are_taken_again():
+    """The guard acts in each call, and later calls of `vjp` take the steps it found."""
+    n, t_eval = 200, np.linspace(0, 40, 10)
+    x = np.linspace(0, 1, n)
+    for i in range(7):
+        args = (1.0 + (0.5 + 0.01 * i) * np.sin(7 * x[1:]),)
+        r, first = both(heat, (0, 40), np.exp(-40 * (x - 0.4) ** 2), args, t_eval)
+        expected = flat(first.vjp(r.y))
+    assert is_laid(r)
+    for _ in range(2):
+        assert np.array_equal(flat(r.vjp(r.y)), expected)
+        assert not is_laid(r) and r.vjp._legs[0].is_whole
+    assert np.array_equal(flat(r.vjp(2 * r.y)), flat(first.vjp(2 * r.y)))
+
+
+def test_what_the_user_changes_later():
+    """Outside values, arguments, times and outputs; spans with many more steps; any kind of g."""
+    mass, made = {"m": np.array([1.0, 3.0])}, []
+
+    def fun(t, y, k, c):
+        return [y[1], -k[0] * np.sin(y[0]) / mass["m"][1] - c * k[1] * y[1]]
+
+    for i in range(12):
+        mass["m"] = np.array([1.0, 2.0 + i])
+        k, span = np.array([[2.0 + i, 0.0], [0.2, 0.0]])[:, 0], (0, 5 if i < 9 else 400)
+        r, first = both(
+            fun, span, np.array([1.0, 0.1 * i]), (k, 0.3), np.array([0.0, 1.0, span[1]])
+        )
+        g = np.cos(r.y)
+        made.append((i, r, g, flat(first.vjp(g))))
+        k[:], mass["m"][:], r.t[:], r.y[:] = np.nan, np.nan, 7.0, np.nan
+    assert sum(is_laid(r) for _, r, _, _ in made) >= 4
+    for _, r, g, expected in made:
+        for given in (g, np.asfortranarray(g)):
+            assert np.array_equal(flat(r.vjp(given)), expected)
+        assert np.array_equal(flat(r.vjp(g.tolist())), expected)
+    assert r.vjp(g)["k"].shape == (2,) and isinstance(r.vjp(g)["c"], float)
+
+
+def test_what_is_wrong_is_told_as_by_first_calls():
+    for i in range(7):
+        r, _ = both(lambda t, y, k: [k * y[0]], (0, 1), [1.0], (1.0 + i,), [0.5, 1.0])
+    assert is_laid(r)
+    for g, error, words in (
+        (np.full((1, 2), np.nan), ValueError, "`g` contains nan or inf"),
+        (np.full((1, 2), np.inf), ValueError, "`g` contains nan or inf"),
+        (np.ones((2, 2)), ValueError, r"so its shape, \(1, 2\)"),
+        (np.ones((1, 2), complex), TypeError, "real numbers"),
+        (np.full((1, 2), 1e308), ValueError, "nan or inf: "),
+        (None, TypeError, "real numbers"),
+    ):
+        with pytest.raises(error, match=words):
+            r.vjp(g)
+    assert not hasattr(r.vjp, "other") and "2 outputs by 'y0', 'k'" in repr(r.vjp)
+    assert np.isclose(r.vjp(np.ones((1, 2)), t_events=[])["y0"][0], np.exp(3.5) + np.exp(7.0))
