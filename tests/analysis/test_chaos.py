@@ -194,14 +194,15 @@ def test_the_exponents_of_lorenz():
 def test_the_exponents_of_henon_heiles():
     """Pairs of opposite sign; positive in the sea of chaos, zero on an island.
 
-    A pair agrees up to the first and last frames, which count as 1 / t_end.
+    A pair agrees up to the first and last frames, which count as 1 / t_end.  Chaotic orbits stay
+    near islands for long: 60 starts 1e-12 apart have exponents from 0.023 to 0.072.
     """
     chaos = lyapunov(henon_heiles, start(-0.15, 0.0), t_end=1500)
     island = lyapunov(henon_heiles, start(0.3, 0.0), t_end=1500)
     for found in (chaos, island):
         assert np.allclose(found.values, -found.values[::-1], atol=5 / 1500)
         assert abs(found.values.sum()) < 1e-5
-    assert chaos.chaotic and 0.03 < chaos.values[0] < 0.09
+    assert chaos.chaotic and 0.01 < chaos.values[0] < 0.09
     assert abs(island.values).max() < 0.01
 
 
