@@ -142,6 +142,10 @@ FORCE = _mode("force", argument="force", half=0)
 EVENT = _mode(
     "event", argument="event", one_number=True, long_arrays=True, notes_sides=True, by_numba=True
 )
+PROJECTION = _mode(
+    "projection", argument="project", acts_on_state=True, long_arrays=True, notes_sides=True,
+    probed=True, by_numba=True,
+)  # fmt: skip
 JUMP = _mode("jump", argument="on_event", acts_at_events=True, notes_sides=True, probed=True)
 MATRIX = _mode("matrix", argument="jac", matrix=True, probed=True)
 ENTRIES = _mode("entries", entries=True)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.compile.mode import COMPLEX_EVENT, DERIVATIVE, EVENT, JUMP, MATRIX, SALTATION
+from fastdyn.compile.mode import COMPLEX_EVENT, EVENT, JUMP, MATRIX, PROJECTION, SALTATION
 from fastdyn.compile.sentences import warn
 from fastdyn.words.kinds import noted, shown
 from fastdyn.words.near import near_names, plain
@@ -147,7 +147,7 @@ def between_steps(problem):
     if p.inside is not None:
         functions.append((p.inside, EVENT))
     if p.project is not None:
-        functions.append((p.project, DERIVATIVE))
+        functions.append((p.project, PROJECTION))
     if p.jac is not None:
         functions.append((p.jac, MATRIX))
     return functions

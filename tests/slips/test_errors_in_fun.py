@@ -174,6 +174,21 @@ def test_an_exception_of_fun_gets_a_sentence(fun, args, kind, words):
     assert words in "\n".join(said)
 
 
+@pytest.mark.parametrize(
+    ("project", "words"),
+    [
+        (lambda t, y: None, "`project` returned None; it must return 2 numbers"),
+        (lambda t, y: y[:1], "`project` returned 1 value for a state of 2"),
+        (lambda t, y: "on the circle", "`project` returned the text 'on the circle'"),
+    ],
+)
+def test_a_projection_is_called_by_its_name(project, words):
+    def fun(t, y):
+        return [y[1], -y[0]]
+
+    assert words in str(raised(lambda: fastdyn.solve_ivp(fun, (0, 1), Y, project=project)))
+
+
 def test_the_exception_is_that_of_fun_at_its_line():
     error = raised(lambda: fastdyn.solve_ivp(of_three, (0, 1), Y))
     assert str(error) == "index 2 is out of bounds for axis 0 with size 2"
