@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.ensemble.plan import OWN
 from fastdyn.ensemble.solve import solve_ensemble
 from fastdyn.plot.displayed import Displayed
 from fastdyn.words import kinds
@@ -12,6 +13,7 @@ from fastdyn.words.calls import shown_when_wrong
 
 from .attractors import APART, UNDECIDED, attraction, clusters, described, drifting, fitted, grown
 from .equations import Equations, box_of, count, equations_of, positive, shared
+from .flow import METHOD, options_of
 
 ESCAPED = -2  # label
 NEAR = 0.05  # share of the range of all ends: nearer ends belong to one attractor
@@ -173,7 +175,8 @@ def basin(
     starts[:, i], starts[:, j] = np.tile(x, len(y)), np.repeat(y, len(x))
     t_end = positive(t_end, "t_end")
     window = WINDOW * t_end if window is None else positive(window, "window")
-    options = {"method": "DOP853", "rtol": 1e-6, "atol": 1e-8, **options}
+    loose = {"rtol": 1e-6, "atol": 1e-8}
+    options = options_of(basin, options.pop("method", METHOD), options, loose, OWN)
     first, second, ends, fine = _ranges(equations, starts, t_end, window, options)
     fine &= ~grown(first, second, np.abs(np.concatenate([region.ravel(), state])).max())
     labels = np.full(len(starts), UNDECIDED)

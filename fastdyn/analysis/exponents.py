@@ -159,7 +159,7 @@ def lyapunov(
     equations = equations_of(fun, args)
     y, t_end = state_of(equations, y0), positive(t_end, "t_end")
     transient = 0.1 * t_end if transient is None else transient
-    options = options_of(method, {"rtol": 1e-8, "atol": 1e-10, **options})
+    options = options_of(lyapunov, method, options, {"rtol": 1e-8, "atol": 1e-10})
     derivatives = equations.differentiated(0.0, y)
     flow, start, states = Flow(equations, options), 0.0, y[:, None]
     if transient:

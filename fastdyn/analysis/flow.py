@@ -5,10 +5,13 @@ arguments `start` and `length`.  One compiled function then serves all spans, an
 with respect to the length is a sensitivity.
 """
 
+import inspect
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.problem.options.names import refuse_unknown
+from fastdyn.problem.options.table import OPTIONS
 from fastdyn.solve.ivp import solve_ivp
 
 from .equations import Equations, NotConvergedError
@@ -90,9 +93,11 @@ class Flow(NamedTuple):
         return times, result.y
 
 
-def options_of(method, given):
-    """The options of solves, with the default tolerances of an analysis."""
+def options_of(analysis, method, given, defaults=TOLERANCES, more=()):
+    """The options of the solves of an analysis, a public function; `more` are no `solve_ivp`'s."""
     for name in ("sensitivity", "t_eval", "dense_output", "events", "args"):
         if name in given:
             raise TypeError(f"`{name}` is no option here: the analysis sets it.")
-    return {"method": method, **TOLERANCES, "max_steps": MOST_STEPS, **given}
+    own = inspect.signature(analysis).parameters
+    refuse_unknown(f"`{analysis.__name__}`", given, {*OPTIONS, *more}, own)
+    return {"method": method, "max_steps": MOST_STEPS, **defaults, **given}

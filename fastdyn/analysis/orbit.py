@@ -153,7 +153,7 @@ def periodic_orbit(
     """
     equations = equations_of(fun, args)
     y0, t0 = state_of(equations, y0), float(t0)
-    flow = Flow(equations, options_of(method, options))
+    flow = Flow(equations, options_of(periodic_orbit, method, options))
     forced = not equations.differentiated(t0, y0).autonomous
     if forced and period is None:
         raise ValueError(

@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.ensemble.plan import OWN
 from fastdyn.plot.displayed import Displayed
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
 from .equations import Equations, NotConvergedError, box_of, count, equations_of
+from .flow import METHOD, options_of
 from .orbit import PeriodicOrbit, periodic_orbit
 from .rest.equilibria import Equilibria, equilibria
 from .trajectories import cut, follower, joined, spread
@@ -133,7 +135,8 @@ def phase_portrait(fun, box, args=(), t=0.0, starts=None, n_starts=400, **option
             f"A phase portrait is of two components; {equations.system.name} has "
             f"{len(equations.system.states)}: `poincare` shows more in a plane."
         )
-    options = {"method": "DOP853", "rtol": 1e-8, "atol": 1e-8, "max_steps": 20_000, **options}
+    few_steps = {"rtol": 1e-8, "atol": 1e-8, "max_steps": 20_000}
+    options = options_of(phase_portrait, options.pop("method", METHOD), options, few_steps, OWN)
     x, y = (np.linspace(low, high, FINE) for low, high in region)
     equations.rates(t, region.mean(axis=1))  # mistakes of the user are raised here
     field = _field(equations, t, x, y)

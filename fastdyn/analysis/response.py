@@ -183,6 +183,7 @@ def frequency_response(
     >>> frequency_response(duffing, np.linspace(0.5, 2.5, 101), args=(1.0,), y0=[0, 0]).plot()
     """
     equations, omegas = equations_of(fun, args), _checked(frequencies)
+    options = options_of(frequency_response, method, options)
     if sweep not in ("both", "up", "down"):
         raise ValueError(f"`sweep` must be both, up or down; got {sweep!r}.")
     if reference not in [*REFERENCES]:
@@ -203,7 +204,7 @@ def frequency_response(
         rough = {reason for steady, reason in found if steady is not None and reason}
         message = " ".join([message, *rough]).strip()
     else:
-        options, sweeps, missing = options_of(method, options), {}, []
+        sweeps, missing = {}, []
         for name in ("up", "down") if sweep == "both" else (sweep,):
             order = slice(None) if name == "up" else slice(None, None, -1)
             found, state = [], y

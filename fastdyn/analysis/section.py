@@ -140,7 +140,7 @@ def poincare(
     starts = np.array([state_of(equations, row) for row in rows])
     n_points, n_skipped = count(n_points, "n_points"), count(n_skipped, "n_skipped", 0)
     max_steps = options.get("max_steps")
-    options = options_of(options.pop("method", METHOD), options)
+    options = options_of(poincare, options.pop("method", METHOD), options)
     if (section is None) == (period is None):
         raise ValueError("Give a `section`, a function that is zero on it, or a `period`.")
     wanted = n_points + n_skipped

@@ -77,9 +77,12 @@ TABLE = {
         ]),
         ("periodic_orbit", {"y0": [1.0, 0.0]}, [
             ({"y0": "x"}, "`y0` must be numbers"), ({"y0": None}, "`y0` is missing"),
+            ({"t_evals": [1.0]}, "`periodic_orbit` takes no `t_evals`"),
         ]),
         ("lyapunov", {"y0": [1.0, 0.0]}, [
             ({"y0": "x"}, "`y0` must be numbers"), ({"y0": [[1.0]]}, "It has shape (1, 1)"),
+            ({"tend": 10.0}, "`lyapunov` takes no `tend`; did you mean `t_end`?"),
+            ({"t_eval": [1.0]}, "`t_eval` is no option here: the analysis sets it."),
         ]),
         ("frequency_response", {"frequencies": [1.0, 2.0], "y0": [1.0, 0.0], "args": (1.0,)}, [
             ({"frequencies": "x"}, f"`frequencies` {NUMBERS}the text 'x'"),
@@ -88,9 +91,11 @@ TABLE = {
             ({"parameter": "omega"}, "There is no parameter 'omega'"),
             ({"transient": "x"}, f"`transient` {NUMBER}the text 'x'"),
             ({"method": 3}, "`method` must be the name of a method; got 3"),
+            ({"refrence": "sin"}, "did you mean `reference`?"),
         ]),
         ("poincare", {"y0": [1.0, 0.0]}, [
             ({}, "Give a `section`, a function that is zero on it, or a `period`."),
+            ({"nskipped": 9}, "`poincare` takes no `nskipped`; did you mean `n_skipped`?"),
         ]),
         ("equilibria", {"box": [(-1, 1)]}, [
             ({"box": "x"}, "`box` must have a pair (low, high) for each component; got 'x'"),
@@ -100,11 +105,13 @@ TABLE = {
         ]),
         ("phase_portrait", {"box": [(-1, 1)] * 2}, [
             ({"box": (-1, 1)}, "`box` must have a pair (low, high) for each of the 2 components"),
+            ({"nstarts": 9}, "`phase_portrait` takes no `nstarts`; did you mean `n_starts`?"),
         ]),
         ("basin", {"box": [(-1, 1)] * 2}, [
             ({"box": None}, "`box` must have a pair (low, high) for each of the 2 components"),
             ({"components": 0}, "`components` must be a list; got 0"), ({"n": "x"}, "`n`"),
             ({"at": "x"}, f"`at` {NUMBERS}the text 'x'"),
+            ({"tol": 1e-6}, "`basin` takes no `tol`; did you mean `rtol`?"),
         ]),
     )},
 }  # fmt: skip
