@@ -123,14 +123,20 @@ def _solved(problem):
 
     def solve():
         run = _taken(idle, problem, functions) or in_time(problem)
-        watch(problem, run)
-        result = result_of(problem, run.solve(problem.y0), run)
-        notice(problem, run)
+        result = followed(problem, run)
         if place is not None:
             _give_back(place, idle, run, functions)
         return result
 
     return or_in_python(solve)
+
+
+def followed(problem, run):
+    """The result of a Run; the Run is given up, or warned of, if the problem is stiff."""
+    watch(problem, run)
+    result = result_of(problem, run.solve(problem.y0), run)
+    notice(problem, run)
+    return result
 
 
 def _place(problem, functions):

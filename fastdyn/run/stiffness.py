@@ -184,11 +184,12 @@ def _held_back(problem, run, undamped=False):
     if n_steps < MANY or bound.pair:
         return None
     state, work = run.view("solve.state")[0], run.view("solve.work")
-    t, y = float(state["t"]), work[Y].copy()
-    h = _last_length(state)
+    t, whole, h = float(state["t"]), work[Y].copy(), _last_length(state)
+    n = problem.fun.n if problem.mode.sensitivities else len(whole)  # S has the same eigenvalues
     return _verdict(
-        problem.method.name, n_steps, t, h, (work[Y_OLD], y),
-        lambda y: _slope(bound, t, y), lambda value: _limit(problem, value, undamped),
+        problem.method.name, n_steps, t, h, (work[Y_OLD][:n], whole[:n]),
+        lambda y: _slope(bound, t, np.concatenate([y, whole[n:]]))[:n],
+        lambda value: _limit(problem, value, undamped),
     )  # fmt: skip
 
 

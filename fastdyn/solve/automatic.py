@@ -47,13 +47,10 @@ def solved(asked):
 
 
 def _chosen(asked, slides):
-    if asked.adjoint is not None:
-        name = _pair(asked)
-        return _named(solved_by(asked, name), name, "`adjoint` goes back over the steps of a pair.")
     if refused_among(asked.options, "again"):
         return _explicit(asked)
     try:
-        with given_up(slides):
+        with given_up(slides and asked.adjoint is None):
             result = _explicit(asked)
     except Stiff as found:
         return _named(_to_the_end(asked), "Radau", str(found))
@@ -131,6 +128,8 @@ def _by_others(asked, reason, *names):
 def _explicit(asked):
     """Solve by Taylor or by a pair."""
     rtol, name = _rtol(asked), _pair(asked)
+    if asked.adjoint is not None:
+        return _named(solved_by(asked, name), name, "`adjoint` goes back over the steps of a pair.")
     if rtol > LOOSE:
         exact = _tightened(asked) if _switches(asked) else None
         if exact is not None:

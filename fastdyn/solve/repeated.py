@@ -192,10 +192,8 @@ class WithAdjoint(Repeated):
             self._misses = 0
         return result
 
-    def goes_on(self, problem, run):
-        pass
-
     def ended(self, problem, run):
+        super().ended(problem, run)
         self._adjoint.keep(run)
 
     def _suits(self, ready, y0, args, events):
@@ -242,11 +240,6 @@ class WithSensitivities(Repeated):
         given = [getattr(event, AS_GIVEN) for event in others]
         p = super().present(ready, fun, args, given)
         return with_sensitivities(p, directions_of(self._sensitivity, fun, p.y0, args))
-
-    def goes_on(self, problem, run):
-        pass
-
-    ended = goes_on
 
     def _take_sizes(self, ready, y0, args, events):
         """Take the tolerances of the sensitivities, which depend on values above 1."""

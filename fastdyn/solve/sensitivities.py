@@ -19,9 +19,8 @@ from fastdyn.problem.sensitivities import (
 )
 from fastdyn.run.actions import NOT_FINITE
 from fastdyn.run.dense_output import PiecewisePolynomial
-from fastdyn.run.outcome import result_of
 from fastdyn.run.result import OdeResult
-from fastdyn.run.solve_problem import run_of
+from fastdyn.run.solve_problem import followed, run_of
 
 GRAZES = (
     "The new state or its sensitivities are nan or inf at t = {:.10g}: `on_event` returned nan or "
@@ -42,7 +41,7 @@ def solve_with_sensitivities(problem, sensitivity):
         if decides(run.bounds[0]):
             whole = _watched(longer, longer.fun.n)
         else:
-            whole = result_of(longer, run.solve(longer.y0), run)
+            whole = followed(longer, run)
     except (Uncompilable, GaveUp) as reason:
         raise not_differentiable("sensitivity", problem, reason) from None
     result = parted(whole, longer.fun.n, directions, _parts(problem))
@@ -129,7 +128,7 @@ def _watched(problem, n):
     """Solve, and refuse a jump of the function along the solution; the whole result."""
     p = problem._replace(t_eval=None, dense_output=True)
     run = run_of(p)
-    whole = OdeResult(result_of(p, run.solve(p.y0), run))
+    whole = OdeResult(followed(p, run))
     sol, t_eval = whole.sol, problem.t_eval
     if sol is not None:
         t = whole.t  # at the ends of a step of a pulse, the pulse is over

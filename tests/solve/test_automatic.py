@@ -146,6 +146,25 @@ def test_the_clock_decides_nothing(monkeypatch, fun, t_end, y0, rtol):
         assert solved() == expected
 
 
+@pytest.mark.parametrize("option", ["sensitivity", "adjoint"])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
+def test_derivatives_of_a_stiff_problem_are_those_of_radau(option, rtol):
+    how = {option: ("y0",), "rtol": rtol, "atol": 1e-9, "t_eval": [10.0, 1e3]}
+    run = solve_ivp(robertson, (0, 1e3), [1.0, 0.0, 0.0], "auto", **how)
+    same = solve_ivp(robertson, (0, 1e3), [1.0, 0.0, 0.0], "Radau", **how)
+    assert run.method == "Radau" and np.array_equal(run.y, same.y)
+    if option == "sensitivity":
+        assert np.array_equal(run.sensitivity["y0"], same.sensitivity["y0"])
+    else:
+        g = np.ones((3, 2))
+        np.testing.assert_array_equal(run.vjp(g)["y0"], same.vjp(g)["y0"])
+
+
+def test_stiffness_is_told_of_beside_sensitivities():
+    with pytest.warns(StiffnessWarning, match="took .* steps"):
+        solve_ivp(lambda t, y: [-3e3 * (y[0] - np.cos(t))], (0, 9), [0.0], sensitivity="y0")
+
+
 def test_robertson_at_the_default_tolerance():
     """Written thus, it leaves the numbers at t = 0.3, by Tsit5 and by its roundings."""
 

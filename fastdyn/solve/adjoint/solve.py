@@ -16,9 +16,9 @@ from fastdyn.problem.second_order_and_pairs import given_state
 from fastdyn.problem.sensitivities import directions_of
 from fastdyn.run.functions.compared import AT_FIRST, WHEN, Schedule, apart
 from fastdyn.run.loop import Run
-from fastdyn.run.outcome import result_of, results
+from fastdyn.run.outcome import results
 from fastdyn.run.result import OdeResult
-from fastdyn.run.solve_problem import run_of
+from fastdyn.run.solve_problem import followed, run_of
 
 from ..sensitivities import JUMPS, not_differentiable
 from .along import along_of
@@ -60,7 +60,7 @@ def solve_with_adjoint(problem, names):
         if any(each.function is None for each in run.bounds):
             raise ValueError(EVENTS)
         events = of_events(p, run, positions)
-        result = OdeResult(result_of(p, run.solve(p.y0), run))
+        result = OdeResult(followed(p, run))
         if not result.success or not result.n_accepted:
             result["vjp"] = Failed(result.message)
             return result
