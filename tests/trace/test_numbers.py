@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 
 import fastdyn
 from fastdyn.trace.graph.evaluate import evaluate
+from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.paths.runs import trace
 
 DELICATE = (
@@ -84,3 +85,24 @@ def test_fractions_from_outside():
         given["k"] = k
         mine, theirs = (solve(fun, (0.0, 1.0), [1.0]) for solve in (fastdyn.solve_ivp, solve_ivp))
         np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-12)
+
+
+LIGHT = 299792458  # m/s; its square is no float
+
+
+@pytest.mark.filterwarnings("error::fastdyn.CompileWarning")
+@pytest.mark.parametrize("c", [LIGHT, -LIGHT, 2**62 + 1])
+def test_large_whole_numbers_are_floats_beside_floats(c):
+    def fun(t, y, c):
+        x, v = y
+        return [v * c**2 / LIGHT**2 / c, (c**2 + 1) / c**2 - x / c**2 + (v + c**2) / (c**2 - v)]
+
+    mine, theirs = (
+        solve(fun, (0.0, 1.0), [1.0, 2.0], args=(c,)) for solve in (fastdyn.solve_ivp, solve_ivp)
+    )
+    np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-14)
+
+
+def test_large_whole_numbers_beside_whole_numbers_are_left_to_python():
+    with pytest.raises(Untraceable, match=r"beyond 2\*\*53"):
+        trace(lambda t, y: [int(t) + LIGHT**2 + y[0]], (), 1, (1,))

@@ -19,6 +19,8 @@ from .lift import joint, symbol
 from .symbol import HANDLERS, PYTHON, Symbol, graph_of, refuse
 
 EXACT = float(2**53)  # floats represent all whole numbers up to this absolute value
+LARGEST = 2**1023  # whole numbers below it are made floats
+IN_FLOATS = frozenset(("add", "subtract", "multiply", "divide"))  # beside a float, of floats
 INDEX = float(2**31)  # limit of whole numbers that are made of real ones
 SMALL_TYPES = frozenset(map(np.dtype, ("f2", "f4", "i1", "i2", "i4", "u1", "u2", "u4")))
 DECIMALS = 2.0**50  # below this size, the rounding error of x 10^k is less than 1/2
@@ -55,6 +57,8 @@ def call(name: str, *values) -> Any:
         return getattr(np, name)(*values)
     if any(type(v) is Symbol and not v.py and v.kind in "fc" for v in values):
         values = [_in_full(v) for v in values]
+    if name in IN_FLOATS and any(type(v) is Symbol and v.kind in "fc" for v in values):
+        values = [_as_float(v) for v in values]
     given = [symbol(g, v) for v in values]
     if any(s.kind == "c" for s in given):
         return HANDLERS["complex"](name, given)
@@ -65,6 +69,15 @@ def _in_full(value):
     """Numbers of 32 bits as NumPy takes them beside numbers of 64 bits; any other value as is."""
     small = isinstance(value, np.ndarray | np.generic) and type(value) is not Symbol
     return value.astype(float) if small and value.dtype in SMALL_TYPES else value
+
+
+def _as_float(value):
+    """A large whole number as it counts beside a real number, such as c**2 of light; others as are.
+
+    The whole numbers that floats represent stay whole.
+    """
+    large = isinstance(value, int | np.integer) and EXACT < abs(int(value)) < LARGEST
+    return float(value) if large else value
 
 
 def _is_known_whole(value):
