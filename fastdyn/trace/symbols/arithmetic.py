@@ -19,7 +19,7 @@ from .lift import joint, symbol
 from .symbol import HANDLERS, PYTHON, Symbol, graph_of, refuse
 
 EXACT = float(2**53)  # floats represent all whole numbers up to this absolute value
-LARGEST = 2**1023  # whole numbers below it are made floats
+MOST = 2**1023  # whole numbers below it have floats
 IN_FLOATS = frozenset(("add", "subtract", "multiply", "divide"))  # beside a float, of floats
 INDEX = float(2**31)  # limit of whole numbers that are made of real ones
 SMALL_TYPES = frozenset(map(np.dtype, ("f2", "f4", "i1", "i2", "i4", "u1", "u2", "u4")))
@@ -76,7 +76,7 @@ def _as_float(value):
 
     The whole numbers that floats represent stay whole.
     """
-    large = isinstance(value, int | np.integer) and EXACT < abs(int(value)) < LARGEST
+    large = isinstance(value, int | np.integer) and EXACT < abs(int(value)) < MOST
     return float(value) if large else value
 
 
