@@ -13,9 +13,11 @@ factorisation takes n lower (lower + upper) operations.
 """
 
 from ..jit.options import INTERNAL, njit
-from ..state.rows import after
+from ..state.layout import Form
+from ..state.rows import after, keep_vector, vector_at
 
-LONG = 8  # from this length on, two slices speed up a loop over a column
+WIDTH = 4
+FORM = Form(1, WIDTH, exact=True)  # not fused: vectors have the bits of numbers
 
 
 @njit(**INTERNAL)
@@ -31,8 +33,15 @@ def bandwidths(a, n):
 
 @njit(**INTERNAL)
 def _subtract(y, x, count, factor):
-    for i in range(count):
+    """y -= factor x, with vectors that end at the last number.
+
+    All steps of an elimination end at the same row, so that vectors are read as they were written.
+    """
+    few = count & (WIDTH - 1)
+    for i in range(few):
         y[i] -= factor * x[i]
+    for i in range(few, count, WIDTH):
+        keep_vector(FORM, y, i, vector_at(FORM, y, i) - factor * vector_at(FORM, x, i))
 
 
 @njit(**INTERNAL)
@@ -44,55 +53,51 @@ def add_matrix_product(a, ld, x, out, n, lower, upper):
 
 
 @njit(**INTERNAL)
+def exchange(column, p, ld, count):
+    """Exchange row 0 and row p of a column and of the columns to the right, `count` in all."""
+    for j in range(count):
+        x = after(column, j * ld)
+        y = after(x, p)
+        x[0], y[0] = y[0], x[0]
+
+
+@njit(**INTERNAL)
 def factorise(a, ld, pivots, n, lower, upper):
     """Replace a matrix by L and U, with the reciprocals of the diagonal of U."""
     for k in range(n):
-        end, last, column = min(n, k + 1 + lower), min(n, k + 1 + lower + upper), after(a, k * ld)
-        p, largest = k, abs(column[k])
-        for i in range(k + 1, end):
+        below, right = min(n - k, 1 + lower), min(n - k, 1 + lower + upper)
+        column = after(a, k * ld + k)  # from the diagonal on, so that no index needs a test for < 0
+        p, largest = 0, abs(column[0])
+        for i in range(1, below):
             if abs(column[i]) > largest:
                 p, largest = i, abs(column[i])
-        pivots[k] = p
-        if p != k:
-            for j in range(k, last):
-                other = after(a, j * ld)
-                other[k], other[p] = other[p], other[k]
-        scale = column[k] = 1.0 / column[k]
-        for i in range(k + 1, end):
+        pivots[k] = k + p
+        if p != 0:
+            exchange(column, p, ld, right)
+        scale = column[0] = 1.0 / column[0]
+        for i in range(1, below):
             column[i] *= scale
-        for j in range(k + 1, last):
-            other = after(a, j * ld)
-            x = other[k]
-            if x == 0.0:
-                continue
-            if end - k > LONG:
-                _subtract(after(other, k + 1), after(column, k + 1), end - k - 1, x)
-            else:
-                for i in range(k + 1, end):
-                    other[i] -= x * column[i]
+        # Two columns at a time take 0.8 of the time for a full matrix of 32 rows, 1.05 for a band.
+        for j in range(1, right):
+            other = after(column, j * ld)
+            x = other[0]
+            if x != 0.0:
+                _subtract(after(other, 1), after(column, 1), below - 1, x)
 
 
 @njit(**INTERNAL)
 def solve(a, ld, pivots, b, n, lower, upper):
     """Replace b by x, with A x = b; `a` has the factors from `factorise`."""
     for k in range(n):
-        p, end, column = int(pivots[k]), min(n, k + 1 + lower), after(a, k * ld)
+        p = int(pivots[k])
         x = b[p]
         b[p], b[k] = b[k], x
-        if end - k > LONG:
-            _subtract(after(b, k + 1), after(column, k + 1), end - k - 1, x)
-        else:
-            for i in range(k + 1, end):
-                b[i] -= x * column[i]
+        _subtract(after(b, k + 1), after(a, k * ld + k + 1), min(n - k - 1, lower), x)
     for k in range(n - 1, -1, -1):
         first, column = max(0, k - lower - upper), after(a, k * ld)
         x = b[k] * column[k]
         b[k] = x
-        if k - first > LONG:
-            _subtract(after(b, first), after(column, first), k - first, x)
-        else:
-            for i in range(first, k):
-                b[i] -= x * column[i]
+        _subtract(after(b, first), after(column, first), k - first, x)
 
 
 @njit(**INTERNAL)

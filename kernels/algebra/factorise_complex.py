@@ -5,8 +5,8 @@ element of a column with the largest |re| + |im|, as in LAPACK.
 """
 
 from ..jit.options import INTERNAL, njit
-from ..state.rows import after
-from .factorise import LONG
+from ..state.rows import after, keep_vector, vector_at
+from .factorise import FORM, WIDTH, exchange
 
 
 @njit(**INTERNAL)
@@ -22,67 +22,62 @@ def _reciprocal(re, im):
 
 
 @njit(**INTERNAL)
-def _subtract(b, c, re, im, count, x, y):
-    """Subtract (x + i y) (re + i im) from b + i c, for `count` numbers."""
-    for i in range(count):
-        u, v = re[i], im[i]
-        b[i] -= x * u - y * v
-        c[i] -= x * v + y * u
+def _after(re, im, offset):
+    return after(re, offset), after(im, offset)
 
 
 @njit(**INTERNAL)
-def _subtract_from(b, c, re, im, first, end, x, y):
-    """`_subtract` in the rows from `first` to `end`."""
-    if end - first > LONG:
-        ours, theirs = (after(b, first), after(c, first)), (after(re, first), after(im, first))
-        _subtract(*ours, *theirs, end - first, x, y)
-        return
-    for i in range(first, end):
+def _subtract(ours, theirs, count, x, y):
+    """ours -= (x + i y) theirs, as the real `_subtract`."""
+    (b, c), (re, im), few = ours, theirs, count & (WIDTH - 1)
+    for i in range(few):
         u, v = re[i], im[i]
         b[i] -= x * u - y * v
         c[i] -= x * v + y * u
+    for i in range(few, count, WIDTH):
+        u, v = vector_at(FORM, re, i), vector_at(FORM, im, i)
+        keep_vector(FORM, b, i, vector_at(FORM, b, i) - (x * u - y * v))
+        keep_vector(FORM, c, i, vector_at(FORM, c, i) - (x * v + y * u))
 
 
 @njit(**INTERNAL)
 def factorise_complex(re, im, ld, pivots, n, lower, upper):
     """`factorise` of a complex matrix."""
     for k in range(n):
-        end, last = min(n, k + 1 + lower), min(n, k + 1 + lower + upper)
-        left, right = after(re, k * ld), after(im, k * ld)
-        p, largest = k, abs(left[k]) + abs(right[k])
-        for i in range(k + 1, end):
-            size = abs(left[i]) + abs(right[i])
+        below, right = min(n - k, 1 + lower), min(n - k, 1 + lower + upper)
+        real, imaginary = column = _after(re, im, k * ld + k)
+        p, largest = 0, abs(real[0]) + abs(imaginary[0])
+        for i in range(1, below):
+            size = abs(real[i]) + abs(imaginary[i])
             if size > largest:
                 p, largest = i, size
-        pivots[k] = p
-        if p != k:
-            for j in range(k, last):
-                b, c = after(re, j * ld), after(im, j * ld)
-                b[k], b[p] = b[p], b[k]
-                c[k], c[p] = c[p], c[k]
-        x, y = _reciprocal(left[k], right[k])
-        left[k], right[k] = x, y
-        for i in range(k + 1, end):
-            u, v = left[i], right[i]
-            left[i], right[i] = u * x - v * y, u * y + v * x
-        for j in range(k + 1, last):
-            b, c = after(re, j * ld), after(im, j * ld)
-            x, y = b[k], c[k]
+        pivots[k] = k + p
+        if p != 0:
+            exchange(real, p, ld, right)
+            exchange(imaginary, p, ld, right)
+        x, y = _reciprocal(real[0], imaginary[0])
+        real[0], imaginary[0] = x, y
+        for i in range(1, below):
+            u, v = real[i], imaginary[i]
+            real[i], imaginary[i] = u * x - v * y, u * y + v * x
+        for j in range(1, right):
+            b, c = _after(*column, j * ld)
+            x, y = b[0], c[0]
             if x != 0.0 or y != 0.0:
-                _subtract_from(b, c, left, right, k + 1, end, x, y)
+                _subtract(_after(b, c, 1), _after(*column, 1), below - 1, x, y)
 
 
 @njit(**INTERNAL)
 def solve_complex(re, im, ld, pivots, b, c, n, lower, upper):
     """`solve` for a right-hand side b + i c."""
     for k in range(n):
-        p, end = int(pivots[k]), min(n, k + 1 + lower)
+        p, count, below = int(pivots[k]), min(n - k - 1, lower), _after(re, im, k * ld + k + 1)
         b[k], b[p] = b[p], b[k]
         c[k], c[p] = c[p], c[k]
-        left, right = after(re, k * ld), after(im, k * ld)
-        _subtract_from(b, c, left, right, k + 1, end, b[k], c[k])
+        _subtract(_after(b, c, k + 1), below, count, b[k], c[k])
     for k in range(n - 1, -1, -1):
-        left, right = after(re, k * ld), after(im, k * ld)
-        u, v = left[k], right[k]
+        first, (real, imaginary) = max(0, k - lower - upper), _after(re, im, k * ld)
+        u, v = real[k], imaginary[k]
         b[k], c[k] = b[k] * u - c[k] * v, b[k] * v + c[k] * u
-        _subtract_from(b, c, left, right, max(0, k - lower - upper), k, b[k], c[k])
+        above = _after(real, imaginary, first)
+        _subtract(_after(b, c, first), above, k - first, b[k], c[k])
