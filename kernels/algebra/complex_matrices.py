@@ -46,8 +46,9 @@ def _eliminate(s, work, block, first, to, pivots, numbers, ld, base):
     re = put_sum(work, block, first, to, a, b, ld, base, s.lower, s.upper)
     im = numbers_from(work, to + matrix_rows(block, n), base)
     for j in range(n):
-        column = after(im, j * ld)
-        for i in range(max(0, j - s.lower - s.upper), min(n, j + 1 + s.lower)):
+        first, end = max(0, j - s.lower - s.upper), min(n, j + 1 + s.lower)
+        column = after(im, j * ld + first)
+        for i in range(end - first):
             column[i] = 0.0
     add_mass(block[MASS], c, im, ld, n)
     factorise_complex(re, im, ld, work[pivots], n, s.lower, s.upper)

@@ -89,8 +89,9 @@ def put_sum(work, block, first, to, a, b, ld, base, lower, upper):
     n = work.shape[1]
     jacobian, sum_ = numbers_from(work, first, base), numbers_from(work, to, base)
     for j in range(n):
-        column, target = after(jacobian, j * ld), after(sum_, j * ld)
-        for i in range(max(0, j - lower - upper), min(n, j + 1 + lower)):
+        first, end = max(0, j - lower - upper), min(n, j + 1 + lower)
+        column, target = after(jacobian, j * ld + first), after(sum_, j * ld + first)
+        for i in range(end - first):
             target[i] = a * column[i]
     add_mass(block[MASS], b, sum_, ld, n)
     return sum_
