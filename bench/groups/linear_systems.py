@@ -1,4 +1,4 @@
-"""np.linalg.solve inside a function: elimination beside C, and pendulums of SymPy beside SciPy."""
+"""Elimination beside C, in functions and in implicit methods; SymPy's pendulums beside SciPy."""
 
 import ctypes
 import functools
@@ -14,7 +14,9 @@ from fastdyn.trace.operations.linear import FACTORS, SOLUTION
 from ..cpp.build import SOURCE, libraries
 from ..report.table import markdown
 
-SIZES = (9, 10, 11, 12, 16, 24, 40, 60)
+SIZES = (9, 10, 11, 12, 16, 24, 32, 40, 60)
+GENERAL, SYMMETRIC = "general", "symmetric"  # matrices of np.linalg.solve
+IMPLICIT = "of implicit methods"
 LINKS = (5, 10)
 GIVEN = {"rtol": 1e-8, "atol": 1e-8}
 REPEATS = 20
@@ -35,12 +37,12 @@ def alternately(functions, count):
     return {name: min(each) for name, each in times.items()}
 
 
-def elimination(n, symmetric):
+def elimination(n, matrix):
     """Microseconds of a solution by the kernels, by C and by NumPy."""
     rng, count = np.random.default_rng(n), 2 + 2 * 10**5 // n**3
     m, v = rng.standard_normal((n, n)), rng.standard_normal(n)
-    m = m @ m.T + np.eye(n) if symmetric else m
-    functions, arrays = {"fastdyn": _by_kernels(m, v, symmetric, count)}, []
+    m = m @ m.T + np.eye(n) if matrix == SYMMETRIC else m
+    functions, arrays = {"fastdyn": _by_kernels(m, v, matrix, count)}, []
     for compiler, library in libraries(SOURCE.with_name("elimination.cpp")).items():
         arrays += [np.ascontiguousarray(m.T), v, np.empty((n, n)), np.empty(n)]
         places = [ctypes.c_void_p(a.ctypes.data) for a in arrays[-4:]]
@@ -49,24 +51,22 @@ def elimination(n, symmetric):
     times = alternately(functions, 150)
     for found in arrays[3::4]:
         np.testing.assert_allclose(found, np.linalg.solve(m, v), 1e-6, 1e-6)
-    row = {"n": n, "matrix": "symmetric" if symmetric else "general"}
+    row = {"n": n, "matrix": matrix}
     row |= {f"{name}_us": 1e6 * each / count for name, each in times.items()}
     row["numpy_us"] = 1e6 * best(lambda: np.linalg.solve(m, v))
     return row
 
 
-def _by_kernels(m, v, symmetric, count):
-    """Many solutions by the kernels, called as traced functions call them, from compiled code."""
+def _by_kernels(m, v, kind, count):
+    """Many solutions by the kernels, called from compiled code."""
     import numba
 
     from fastdyn.kernels.algebra.padded.storage import leading
-    from fastdyn.kernels.calls.calling_convention import invoke
 
-    n, ld = len(m), leading(len(m))
+    n, ld = len(m), len(m) if kind == IMPLICIT else leading(len(m))
     enlarged, b = np.eye(ld), np.zeros(ld)
     enlarged[:n, :n], b[:n] = m.T, v
-    matrix = enlarged.ravel()
-    factors, solution = (OFFERED[symbol]().address for symbol in (FACTORS, SOLUTION))
+    matrix, solve = enlarged.ravel(), _of_methods() if kind == IMPLICIT else _of_functions(kind)
 
     @numba.njit
     def run(count, a, pivots, x):
@@ -75,13 +75,44 @@ def _by_kernels(m, v, symmetric, count):
                 a[i] = matrix[i]
             for i in range(len(b)):
                 x[i] = b[i]
-            invoke(factors, (a, pivots, symmetric))
-            invoke(solution, (a, pivots, x, 0))
+            solve(a, pivots, x)
 
     room = np.empty_like(matrix), np.empty(2 * n), np.empty_like(b)
     run(1, *room)
     np.testing.assert_allclose(room[2][:n], np.linalg.solve(m, v), 1e-6, 1e-6)
     return lambda: run(count, *room)
+
+
+def _of_functions(kind):
+    """The solution as traced functions call it."""
+    import numba
+
+    from fastdyn.kernels.calls.calling_convention import invoke
+
+    factors, solution = (OFFERED[symbol]().address for symbol in (FACTORS, SOLUTION))
+    symmetric = kind == SYMMETRIC
+
+    @numba.njit
+    def solve(a, pivots, x):
+        invoke(factors, (a, pivots, symmetric))
+        invoke(solution, (a, pivots, x, 0))
+
+    return solve
+
+
+def _of_methods():
+    """The solution of Radau, BDF, LSODA and Rodas5P, of a full matrix."""
+    import numba
+
+    from fastdyn.kernels.algebra import factorise as kernels
+
+    @numba.njit
+    def solve(a, pivots, x):
+        n = len(x)
+        kernels.factorise(a, n, pivots, n, n - 1, n - 1)
+        kernels.solve(a, n, pivots, x, n, n - 1, n - 1)
+
+    return solve
 
 
 def pendulum(links):
@@ -119,9 +150,9 @@ def pendulum(links):
 
 def rows(quick):
     """One row a size and matrix, and one a pendulum and form."""
-    for symmetric in (False, True):
+    for matrix in (GENERAL, SYMMETRIC, IMPLICIT):
         for n in SIZES[:4] if quick else SIZES:
-            yield elimination(n, symmetric)
+            yield elimination(n, matrix)
     for links in LINKS[:1] if quick else LINKS:
         forms, start = pendulum(links)
         for form, fun in forms.items():
