@@ -2,6 +2,7 @@
 
 import argparse
 import datetime
+import itertools
 import json
 import pathlib
 import time
@@ -79,11 +80,12 @@ def _text(value):
 
 
 def show(rows):
-    """Print rows of one kind as a table."""
-    table = [list(rows[0]), *([_text(v) for v in row.values()] for row in rows)]
-    widths = [max(len(line[i]) for line in table) for i in range(len(table[0]))]
-    for line in table:
-        print("  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip())
+    """Print rows as tables, one for each run of rows with the same names."""
+    for names, alike in itertools.groupby(rows, list):
+        table = [names, *([_text(v) for v in row.values()] for row in alike)]
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        for line in table:
+            print("  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip())
 
 
 def rounded(found):
