@@ -200,11 +200,16 @@ class ReadyRun:
 
     def take_span(self, t_span):
         """Take another span; False if the span needs the long way."""
-        if t_span.__class__ is not tuple or len(t_span) != 2:
+        kind = t_span.__class__
+        if kind is list or (kind is ARRAY and t_span.dtype == FLOAT):
+            t_span = tuple(t_span)
+        elif kind is not tuple:
             return False
+        if len(t_span) != 2 or not NUMBERS.issuperset(map(type, t_span)):
+            return False
+        if t_span == self.span:
+            return True
         t0, tf = t_span
-        if not (type(t0) in NUMBERS and type(tf) in NUMBERS):
-            return False
         p, length = self.problem, abs(tf - t0)
         if not (length > 0.0 and abs(t0) <= LATEST and abs(tf) <= LATEST):
             return False
@@ -278,6 +283,8 @@ def state_writer(room, n, sizes):
                 pack(room, 0, *y0)
             elif kind is ARRAY and y0.dtype == FLOAT and y0.shape == shape:
                 state[:] = y0
+            elif kind is ARRAY and y0.dtype.kind in "if" and y0.shape == shape:
+                state[:] = y0.astype(float)
             else:
                 return False
         except (struct.error, ValueError):  # a number beyond all floats; numbers not aligned

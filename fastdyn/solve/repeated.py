@@ -29,6 +29,8 @@ _recent = memory.Table()  # by the kind of a call
 def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options):
     """The result of a call of `solve_ivp` like an earlier one; None for the long way."""
     args, wanted = () if args is None else args, (None, None)
+    if args.__class__ is list:
+        args = tuple(args)
     if "sensitivity" in options or "adjoint" in options:
         options = dict(options)
         wanted = options.pop("sensitivity", None), options.pop("adjoint", None)

@@ -33,6 +33,7 @@ SPANS = [
     ((0.0, 1.0), [0.5, 1.0]), ((0.0, 2.0), np.array([0.0, 2.0])), ((1.0, 0.0), [0.5, 0.25]),
     ((0.0, 1.0), (0.5, 0.75)), ((0.0, 1.0), [0.125, np.float64(1.0)]), ((0.0, 1.0), [0, 1]),
     ((0.0, 1.0), [0.5]), ([0.0, 1.0], [0.5, 0.75]), (np.array([0.0, 1.0]), None),
+    ([0, 1], None), (np.array([0, 1]), None), ([0.0, 1.0, 2.0][:2], None), ([1.0, -1.0], [0.5]),
 ]  # fmt: skip
 
 
@@ -43,7 +44,7 @@ def test_spans_times_states_and_methods(method):
         assert is_plain(solve_ivp, pendulum, (0.0, 1.0), START, method, times)
     n_plain = 0
     for span, times in SPANS:
-        for y0 in (START, [0.1, -0.3], (1.0, 0), [1e3, 0.0]):
+        for y0 in (START, [0.1, -0.3], (1.0, 0), [1e3, 0.0], np.array([1, 0]), START.astype("f4")):
             mine = solve_ivp(pendulum, span, y0, method, times)
             n_plain += was_ready(mine)
             assert_same(plain(pendulum, span, y0, method, times), mine)
@@ -74,6 +75,20 @@ def test_arguments_of_one_call_are_not_those_of_the_next(first):
         for _ in range(CALLS):
             mine = solve_ivp(spring, (0.0, 1.0), START, args=args)
             assert_same(plain(spring, (0.0, 1.0), START, args=args), mine)
+
+
+def test_lists_and_arrays_are_read_at_each_call():
+    span, ends, args, y0 = [0.0, 1.0], np.array([0.0, 1.0]), [4.0], np.array([1, 0])
+    warm(solve_ivp, spring, (0.0, 1.0), START, args=(4.0,))
+    for change in range(4):
+        for given in (span, ends):
+            mine = solve_ivp(spring, given, y0, args=args)
+            assert was_ready(mine)
+            assert_same(plain(spring, tuple(given), y0.tolist(), args=tuple(args)), mine)
+        span[change % 2] += 0.25
+        ends[1] += 0.5
+        args[0] += 1.0
+        y0[0] += 1
 
 
 def test_without_arguments_solves_are_plain_after_calls_with_some():

@@ -76,8 +76,8 @@ def _as_float(value):
 
     The whole numbers that floats represent stay whole.
     """
-    large = isinstance(value, int | np.integer) and EXACT < abs(int(value)) < MOST
-    return float(value) if large else value
+    whole = issubclass(type(value), int | np.integer)  # isinstance asks a Symbol, which assumes
+    return float(value) if whole and EXACT < abs(int(value)) < MOST else value
 
 
 def _is_known_whole(value):
