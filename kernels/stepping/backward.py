@@ -82,7 +82,7 @@ def _add_row(work, target, row):
 
 
 @njit(**INTERNAL)
-def _clear(work, first, end):
+def clear(work, first, end):
     for i in range(first, end):
         for j in range(work.shape[1]):
             work[i, j] = 0.0
@@ -101,7 +101,7 @@ def _stages(table, block, work, t, h, last, used):
 
 
 @njit(**INTERNAL)
-def _product(total, x, y, scale):
+def product(total, x, y, scale):
     return total + (x * scale) * (y * scale)
 
 
@@ -116,31 +116,57 @@ def _measure(memory, kappa, eta, h, n_stages):
     work, gauge = memory.work, memory.gauge
     kappa, eta = slot(None, work, kappa), slot(None, work, eta)
     scale = slot(None, work, 4 * n_stages + SCALE)
-    before = reduce_components(_product, add, 0.0, (kappa, kappa, scale))
-    after = reduce_components(_product, add, 0.0, (eta, eta, scale))
+    before = reduce_components(product, add, 0.0, (kappa, kappa, scale))
+    after = reduce_components(product, add, 0.0, (eta, eta, scale))
     if before > TINY and after < np.inf:
         if after * h * h > gauge[LARGEST] * gauge[LARGEST] * before:
             rate = np.sqrt(after / before)
-            both = reduce_components(_product, add, 0.0, (kappa, eta, scale))
+            both = reduce_components(product, add, 0.0, (kappa, eta, scale))
             cosine = both / (before * rate) * (1.0 if h > 0.0 else -1.0)
             if cosine <= GROWING:
                 gauge[LARGEST], gauge[RATE], gauge[COSINE] = abs(h) * rate, rate, cosine
 
 
 @njit(**INTERNAL)
-def _pull(memory, own, t, i, target):
-    """Row `target` = kappa_i df/dy at u_i; kappa_i df/dp is added to the gradient."""
-    out, work = memory.out, memory.work
-    n = work.shape[1]
-    for j in range(n):
-        out[j] = 0.0
-    by_pointer(t, slot(None, memory.pairs, i), own, out)
-    for j in range(n):
-        work[target, j] = out[j]
+def pull(memory, block, t, z, m):
+    """Write a vjp's m derivatives by the state to `out`; the others are added to the gradient."""
+    for c in range(m):
+        memory.out[c] = 0.0
+    by_pointer(t, z, block, memory.out)
 
 
 @njit(**INTERNAL)
-def _weights(x, dense, beta):
+def pull_to(memory, block, t, z, m, target):
+    """Row `target` += a vjp's m derivatives by the state: see `pull`."""
+    pull(memory, block, t, z, m)
+    for c in range(m):
+        memory.work[target, c] += memory.out[c]
+
+
+@njit(**INTERNAL)
+def _pull(memory, own, t, i, target):
+    """Row `target` = kappa_i df/dy at u_i; kappa_i df/dp is added to the gradient."""
+    work = memory.work
+    pull(memory, own, t, slot(None, memory.pairs, i), work.shape[1])
+    for j in range(work.shape[1]):
+        work[target, j] = memory.out[j]
+
+
+@njit(**INTERNAL)
+def take_output(seeds, j, h):
+    """Take the last output left, number left[0] then; False if it does not belong to step j.
+
+    Outputs at the begin of the step, of length h, belong to the step before, if there is one.
+    """
+    left = seeds.left
+    if left[0] > 0 and (j == 0 or (seeds.t[left[0] - 1] - seeds.ends[j]) * h > 0.0):
+        left[0] -= 1
+        return True
+    return False
+
+
+@njit(**INTERNAL)
+def weights(x, dense, beta):
     """The weights of the stages in the interpolant at x; see `output/dense_output.py`."""
     for j in range(len(beta)):
         beta[j] = 0.0
@@ -155,22 +181,21 @@ def _weights(x, dense, beta):
 def _take_seeds(table, seeds, work, j, t, h):
     """Add the derivatives by the outputs of step j to lam and to seeds; True if some are inside.
 
-    The step takes h from t on.  Outputs at its begin belong to the step before, if there is one.
+    The step takes h from t on.
     """
     n_stages, n, inside = len(table.c), work.shape[1], False
-    seed, single, left = 3 * n_stages, 4 * n_stages, seeds.left
-    while left[0] > 0 and (j == 0 or (seeds.t[left[0] - 1] - seeds.ends[j]) * h > 0.0):
-        left[0] -= 1
-        m = left[0]
+    seed, single = 3 * n_stages, 4 * n_stages
+    while take_output(seeds, j, h):
+        m = seeds.left[0]
         if seeds.t[m] == seeds.ends[j + 1]:
             for c in range(n):
                 work[single + LAM, c] += seeds.g[m, c]
             continue
         if not inside:
             inside = True
-            _clear(work, seed, seed + n_stages)
-            _clear(work, single + SUM, single + SUM + 1)
-        _weights(min(max((seeds.t[m] - t) / h, 0.0), 1.0), table.dense, seeds.beta)
+            clear(work, seed, seed + n_stages)
+            clear(work, single + SUM, single + SUM + 1)
+        weights(min(max((seeds.t[m] - t) / h, 0.0), 1.0), table.dense, seeds.beta)
         for r in range(n_stages):
             if seeds.beta[r] != 0.0:
                 for c in range(n):
@@ -199,7 +224,7 @@ def _adjoint_step(table, memory, block, own, t, h, inside):
             _weighted(work, single + MU, base, h, columns, i, first)
             break
         if i != s and not inside and columns.begin[i] == columns.begin[i + 1]:
-            _clear(work, eta, eta + 1)  # a stage of the error estimate alone
+            clear(work, eta, eta + 1)  # a stage of the error estimate alone
             continue
         _weighted(work, kappa, base, h, columns, i, first)
         if i == s:
@@ -248,7 +273,7 @@ def sweep(table, steps, first, states, seeds, block, own, memory):
             copy_row(slot(None, work, single + MU), slot(None, work, 1))
             _pull(memory, own, t, 0, 2 * n_stages)
             _add_row(work, single + LAM, 2 * n_stages)
-            _clear(work, single + MU, single + MU + 1)
+            clear(work, single + MU, single + MU + 1)
     return RUNNING
 
 

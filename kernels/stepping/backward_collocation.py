@@ -28,6 +28,7 @@ from ..calls.user_function import by_pointer
 from ..jit.options import INTERNAL, njit
 from ..state.record import NOT_CONVERGED, RUNNING
 from ..state.rows import copy_row, slot
+from .backward import clear, pull, take_output, weights
 
 MOST = 30  # iterations
 # Changes, in units of the scale: the iteration ends where the next change is below SMALL, and where
@@ -174,29 +175,19 @@ def _seed(table, work, beta, g, h, m):
 
 @njit(**INTERNAL)
 def _take_seeds(table, seeds, work, j, t, h, m):
-    """Add the derivatives by the outputs of step j, and by its end, to OLD and the w_i.
-
-    Outputs at the begin of the step belong to the step before, if there is one.
-    """
-    s, left, beta = len(table.c), seeds.left, seeds.beta
+    """Add the derivatives by the outputs of step j, and by its end, to OLD and the w_i."""
+    s = len(table.c)
     lam = slot(None, work, 3 * s + LAM)
-    for row in range(2 * s, 3 * s):
-        work[row, :] = 0.0
-    work[3 * s + OLD, :] = 0.0
-    while left[0] > 0 and (j == 0 or (seeds.t[left[0] - 1] - seeds.ends[j]) * h > 0.0):
-        left[0] -= 1
-        k = left[0]
+    clear(work, 2 * s, 3 * s)
+    clear(work, 3 * s + OLD, 3 * s + OLD + 1)
+    while take_output(seeds, j, h):
+        k = seeds.left[0]
         if seeds.t[k] == seeds.ends[j + 1]:
             for c in range(work.shape[1]):
                 lam[c] += seeds.g[k, c]
             continue
-        x, factor = min(max((seeds.t[k] - t) / h, 0.0), 1.0), 1.0
-        beta[:] = 0.0
-        for row in range(len(table.dense)):
-            factor *= x if row % 2 == 0 else 1.0 - x
-            for i in range(s):
-                beta[i] += factor * table.dense[row, i]
-        _seed(table, work, beta, slot(None, seeds.g, k), h, m)
+        weights(min(max((seeds.t[k] - t) / h, 0.0), 1.0), table.dense, seeds.beta)
+        _seed(table, work, seeds.beta, slot(None, seeds.g, k), h, m)
     _seed(table, work, table.b, lam, h, m)
 
 
@@ -213,8 +204,7 @@ def _adjoint_step(table, memory, block, t, h, m):
     for i in range(s):
         for c in range(m):
             memory.pair[c], memory.pair[m + c] = work[s + i, c], z[table.order[c] * s + i]
-            out[c] = 0.0
-        by_pointer(t + table.c[i] * h, memory.pair, block, out)
+        pull(memory, block, t + table.c[i] * h, memory.pair, m)
         for c in range(m):
             work[lam, c] += out[c]
             if table.second:

@@ -20,6 +20,7 @@ from ..calls.user_function import by_pointer
 from ..jit.options import INTERNAL, njit
 from ..state.record import RUNNING
 from ..state.rows import copy_row, slot
+from .backward import clear, pull_to, take_output
 
 # Rows of the work array, for 8 stages: U_i, Y_i, v_i, eta_i, the seeds of U_i; then single rows.
 # OLD has the derivatives by the state at the begin, of outputs within the step.
@@ -69,24 +70,13 @@ def _stages(table, memory, blocks, t, y, h):
 
 
 @njit(**INTERNAL)
-def _clear(work, row):
-    for c in range(work.shape[1]):
-        work[row, c] = 0.0
-
-
-@njit(**INTERNAL)
 def _take_seeds(table, seeds, work, j, t, h):
-    """Add the derivatives by the outputs of step j to lam, OLD and the seeds.
-
-    Outputs at the begin of the step belong to the step before, if there is one.
-    """
-    left, n = seeds.left, work.shape[1]
-    _clear(work, OLD)
-    for i in range(STAGES):
-        _clear(work, SEED + i)
-    while left[0] > 0 and (j == 0 or (seeds.t[left[0] - 1] - seeds.ends[j]) * h > 0.0):
-        left[0] -= 1
-        m, x = left[0], 1.0
+    """Add the derivatives by the outputs of step j to lam, OLD and the seeds."""
+    n = work.shape[1]
+    clear(work, OLD, OLD + 1)
+    clear(work, SEED, SEED + STAGES)
+    while take_output(seeds, j, h):
+        m, x = seeds.left[0], 1.0
         if seeds.t[m] != seeds.ends[j + 1]:
             x = min(max((seeds.t[m] - t) / h, 0.0), 1.0)
         for c in range(n):
@@ -97,17 +87,6 @@ def _take_seeds(table, seeds, work, j, t, h):
             inner = d[0, i] + x * (d[1, i] + d[2, i]) - x * (1.0 - x) * d[2, i]
             for c in range(n):
                 work[SEED + i, c] += x * (1.0 - x) * inner * seeds.g[m, c]
-
-
-@njit(**INTERNAL)
-def _pull(memory, block, t, z, target):
-    """Row `target` += the derivatives by the state; those by the parameters go to the gradient."""
-    work, out = memory.work, memory.out
-    for c in range(work.shape[1]):
-        out[c] = 0.0
-    by_pointer(t, z, block, out)
-    for c in range(work.shape[1]):
-        work[target, c] += out[c]
 
 
 @njit(**INTERNAL)
@@ -124,14 +103,14 @@ def _adjoint_step(table, memory, blocks, t, y, h):
         solve_transposed(memory.matrix, table.ld, memory.pivots, v, n, table.lower, table.upper)
         for c in range(n):
             z[c], z[n + c] = work[STATE + i, c], v[c]
-        _clear(work, ETA + i)
-        _pull(memory, blocks.pull, t + table.times[i] * h, z[: 2 * n], ETA + i)
+        clear(work, ETA + i, ETA + i + 1)
+        pull_to(memory, blocks.pull, t + table.times[i] * h, z[: 2 * n], n, ETA + i)
     for i in range(STAGES):
         for c in range(n):
             work[LAM, c] += work[ETA + i, c]
             z[c], z[n + c], z[2 * n + c] = y[c], work[V + i, c], work[U + i, c]
         z[3 * n] = h * table.slopes[i]
-        _pull(memory, blocks.along, t, z, LAM)
+        pull_to(memory, blocks.along, t, z, n, LAM)
     for c in range(n):
         work[LAM, c] += work[OLD, c]
 

@@ -18,7 +18,7 @@ from ..jit.options import INTERNAL, njit
 from ..state.record import RUNNING
 from ..state.reduce import add, reduce_components
 from ..state.rows import copy_row, slot
-from .backward import COSINE, LARGEST, RATE, TINY
+from .backward import COSINE, LARGEST, RATE, TINY, clear, product, pull_to, take_output
 
 # The rows of the work array, for s drifts: q_j and kappa_j side by side, s + 1 rows; then single
 # rows; then two rows for each shorter step, derivatives by the state and by (v, a) at its end.
@@ -41,27 +41,16 @@ def _forward(table, block, work, rate, t, h):
 
 
 @njit(**INTERNAL)
-def _clear(work, row):
-    for c in range(work.shape[1]):
-        work[row, c] = 0.0
-
-
-@njit(**INTERNAL)
 def _take_seeds(table, seeds, work, single, j, t, h):
     """Add the derivatives by the outputs of step j to lam, OLD, FIRST, LAST and the shorter steps.
 
-    Outputs at the begin of the step belong to the step before, if there is one.  True if an output
-    depends on the shorter steps.
+    True if an output depends on the shorter steps.
     """
-    left, beta, within = seeds.left, seeds.beta, False
-    n_rows = len(table.dense)
-    for row in (OLD, FIRST, LAST):
-        _clear(work, single + row)
-    for row in range(n_rows - 4):
-        _clear(work, single + SINGLE + row)
-    while left[0] > 0 and (j == 0 or (seeds.t[left[0] - 1] - seeds.ends[j]) * h > 0.0):
-        left[0] -= 1
-        i = left[0]
+    beta, within, n_rows = seeds.beta, False, len(table.dense)
+    clear(work, single + OLD, single + LAST + 1)
+    clear(work, single + SINGLE, single + SINGLE + n_rows - 4)
+    while take_output(seeds, j, h):
+        i = seeds.left[0]
         if seeds.t[i] == seeds.ends[j + 1]:
             for c in range(work.shape[1]):
                 work[single + LAM, c] += seeds.g[i, c]
@@ -86,23 +75,18 @@ def _take_seeds(table, seeds, work, single, j, t, h):
 
 
 @njit(**INTERNAL)
-def _product(total, x, y, scale):
-    return total + (x * scale) * (y * scale)
-
-
-@njit(**INTERNAL)
 def _measure(memory, kappa, scale, m, h):
     """Keep where h^2 |eta| / |kappa| is largest, eta = kappa da/dq: see `backward.py`.
 
     For q'' = -w^2 q, the ratio is w^2: the rate is its root, and the cosine is -1.
     """
     gauge, eta = memory.gauge, memory.out[:m]
-    before = reduce_components(_product, add, 0.0, (kappa, kappa, scale))
-    after = reduce_components(_product, add, 0.0, (eta, eta, scale))
+    before = reduce_components(product, add, 0.0, (kappa, kappa, scale))
+    after = reduce_components(product, add, 0.0, (eta, eta, scale))
     if before > TINY and after < np.inf:
         rate = np.sqrt(after / before)
         if rate * h * h > gauge[LARGEST] * gauge[LARGEST]:
-            both = reduce_components(_product, add, 0.0, (kappa, eta, scale))
+            both = reduce_components(product, add, 0.0, (kappa, eta, scale))
             gauge[RATE] = np.sqrt(rate)
             gauge[LARGEST], gauge[COSINE] = abs(h) * gauge[RATE], both / (before * rate)
 
@@ -110,12 +94,7 @@ def _measure(memory, kappa, scale, m, h):
 @njit(**INTERNAL)
 def _pull(memory, own, t, j, m, lam):
     """Add kappa_j da/dq at q_j to lam_q, and kappa_j da/dp to the gradient."""
-    out, work = memory.out, memory.work
-    for c in range(m):
-        out[c] = 0.0
-    by_pointer(t, slot(None, work, j), own, out)
-    for c in range(m):
-        work[lam, c] += out[c]
+    pull_to(memory, own, t, slot(None, memory.work, j), m, lam)
 
 
 @njit(**INTERNAL)
@@ -164,7 +143,7 @@ def _shorter_steps(table, memory, block, own, state, t, h):
         copy_row(slot(None, work, seed), slot(None, work, lam))
         copy_row(slot(None, work, seed + 1), slot(None, work, single + LAST))
         for row in (mu, single + OLD, single + FIRST):
-            _clear(work, row)
+            clear(work, row, row + 1)
         _back(table, memory, block, own, state, t, table.nodes[k] * h)
         for c in range(work.shape[1]):
             work[total, c] += work[lam, c]
@@ -193,7 +172,7 @@ def sweep(table, steps, first, states, seeds, block, own, memory):
             for c in range(m):
                 work[0, m + c] = work[single + MU, c]
             _pull(memory, own, t, 0, m, single + LAM)
-            _clear(work, single + MU)
+            clear(work, single + MU, single + MU + 1)
     return RUNNING
 
 
