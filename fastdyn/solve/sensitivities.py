@@ -65,6 +65,24 @@ class EventSensitivity(NamedTuple):
     y: dict
 
 
+def event_sensitivity(event, args, near, directions, at):
+    """The EventSensitivity of an event, or of a schedule, None; None if there are no derivatives.
+
+    `at` are the `occurrences` of `time_derivatives`.
+    """
+    *_, rate, s = at
+    if event is None:  # schedules do not move
+        moved, states = np.zeros(s.shape[1:]), s
+    else:
+        positions = tuple([d.position for d in directions])
+        moved = time_derivatives(event, args, near, positions, at)
+        if moved is None:
+            return None
+        with np.errstate(all="ignore"):
+            states = s + rate[:, None] * moved
+    return EventSensitivity(by_name(moved, directions), by_name(states, directions))
+
+
 def _parts(problem):
     """The number of parts of a state: [q, v], or a whole."""
     return 2 if problem.method.second_order else 1
@@ -73,7 +91,7 @@ def _parts(problem):
 def at_events(problem, whole, directions):
     """An EventSensitivity for each event and schedule; None for an event without derivatives."""
     p, n, parts, found = problem, len(problem.y0), _parts(problem), []
-    near, positions = Near(p.t0, p.tf, p.y0), tuple([d.position for d in directions])
+    near = Near(p.t0, p.tf, p.y0)
     functions = in_order(
         [event for event, *_ in p.events or ()], p.schedules, [None] * len(p.schedules)
     )
@@ -82,18 +100,10 @@ def at_events(problem, whole, directions):
         z = z.reshape(len(t), n * (1 + m))
         y, s = separated(z, n // parts, parts)
         y, s = y.T, np.moveaxis(s, 0, -1)
-        moved, rate = np.zeros(s.shape[1:]), np.zeros(y.shape)  # schedules do not move
-        if event is not None and len(t):
-            rate[:] = np.transpose([_rate(p, *each) for each in zip(t, y.T, strict=True)])
-            moved = time_derivatives(event, p.args, near, positions, (t, y, rate, s))
-        if moved is None:
-            found.append(None)
-            continue
-        states = s
+        rate, event = np.zeros(y.shape), event if len(t) else None
         if event is not None:
-            with np.errstate(all="ignore"):
-                states = s + rate[:, None] * moved
-        found.append(EventSensitivity(by_name(moved, directions), by_name(states, directions)))
+            rate[:] = np.transpose([_rate(p, *each) for each in zip(t, y.T, strict=True)])
+        found.append(event_sensitivity(event, p.args, near, directions, (t, y, rate, s)))
     return found
 
 

@@ -7,16 +7,16 @@ that satisfies the constraints, and the last derivatives give the highest orders
 
 import numpy as np
 
-from fastdyn.compile.derivatives.event_times import time_derivatives
 from fastdyn.compile.derivatives.sensitivities import decides, jump_of
 from fastdyn.compile.mode import SENSITIVITIES
 from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.make import Near
+from fastdyn.problem.schedules import listed
 from fastdyn.problem.sensitivities import NEEDS, Tolerances, Variational, by_name, joined
 from fastdyn.run.outcome import result_of
 from fastdyn.run.result import OdeResult
 from fastdyn.run.solve_problem import run_of
-from fastdyn.solve.sensitivities import JUMPS, EventSensitivity
+from fastdyn.solve.sensitivities import JUMPS, event_sensitivity
 
 from ..structure.formulas import constraints
 from ..structure.start import LOST, Unsolved
@@ -159,27 +159,16 @@ class ReducedTangent:
         result["sensitivity"] = by_name(found[:, self._order], given.directions)
         if result.t_events is None:
             return
-        positions, all_found = tuple([d.position for d in given.directions]), []
-        near = Near(given.t0, given.tf, given.y0)
-        for event, t, z in zip(listed_events(given), result.t_events, whole.y_events, strict=True):
+        found, near = [], Near(given.t0, given.tf, given.y0)
+        events = listed(given.events, {}) or ()
+        for event, t, z in zip(events, result.t_events, whole.y_events, strict=True):
             z = np.reshape(z, (-1, n * (1 + m)))[: len(t)].T
             x, s = z[:n], z[n:].reshape(n, m, len(t))
             s = self.of_components(t, x, s)[:, self._order]
             y, rate = (components(self._system, t, x, True, rates) for rates in (False, True))
-            moved = time_derivatives(event, given.args, near, positions, (t, y, rate, s))
-            if moved is not None:
-                with np.errstate(all="ignore"):
-                    s = s + rate[:, None] * moved
-                each = [by_name(part, given.directions) for part in (moved, s)]
-                all_found.append(EventSensitivity(*each))
-            else:
-                all_found.append(None)
-        result["event_sensitivity"] = all_found
-
-
-def listed_events(given):
-    """The events of a problem.Given as a list."""
-    return [given.events] if callable(given.events) else list(given.events or ())
+            at = t, y, rate, s
+            found.append(event_sensitivity(event, given.args, near, given.directions, at))
+        result["event_sensitivity"] = found
 
 
 def _solved(matrices, right):

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from fastdyn.compile.derivatives.event_times import time_derivatives
 from fastdyn.compile.derivatives.sensitivities import decides, jump_of
 from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.make import Near
@@ -11,7 +10,7 @@ from fastdyn.problem.sensitivities import NEEDS, by_name
 from fastdyn.run.actions import NOT_FINITE
 from fastdyn.run.functions.compared import off_the_solution
 from fastdyn.run.result import OdeResult
-from fastdyn.solve.sensitivities import GRAZES, JUMPS, EventSensitivity
+from fastdyn.solve.sensitivities import GRAZES, JUMPS, event_sensitivity
 
 from ..result import result_of
 from ..start import run_of
@@ -114,21 +113,12 @@ def _parted(asked, problem, whole):
 def _at_events(asked, problem, times, parts):
     """An EventSensitivity for each event and schedule; None for an event without derivatives."""
     p, n, found = problem, asked.n, []
-    positions = tuple([d.position for d in asked.directions])
+    near = Near(asked.t0, asked.tf, asked.y0)
     functions = in_order(
         [event for event, *_ in p.events or ()], p.schedules, [None] * len(p.schedules)
     )
     for event, t, (z, zp) in zip(functions, times, parts, strict=True):
         y, rate, s = z[:, :n].T, zp[:, :n].T, np.moveaxis(z[:, n:].reshape(len(t), n, -1), 0, -1)
-        moved = np.zeros(s.shape[1:])  # schedules do not move
-        if event is not None and len(t):
-            near = Near(asked.t0, asked.tf, asked.y0)
-            moved = time_derivatives(event, asked.args, near, positions, (t, y, rate, s))
-        if moved is None:
-            found.append(None)
-            continue
-        with np.errstate(all="ignore"):
-            states = s if event is None else s + rate[:, None] * moved
-        each = [by_name(part, asked.directions) for part in (moved, states)]
-        found.append(EventSensitivity(*each))
+        own, at = event if len(t) else None, (t, y, rate, s)
+        found.append(event_sensitivity(own, asked.args, near, asked.directions, at))
     return found
