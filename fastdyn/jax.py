@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,15 +18,12 @@ from fastdyn.solve.differentiable import (
     Axis,
     Library,
     Solution,
-    call_of,
+    door,
     pulled,
     pushed,
     sloped,
     solved,
 )  # fmt: skip
-
-if TYPE_CHECKING:
-    from fastdyn.problem.argument_types import Function, Functions, Method, Times, TimeSpan
 
 jax = needed("jax", "fastdyn.jax needs")
 jnp = needed("jax.numpy")
@@ -52,60 +48,22 @@ JAX = Library(
 )
 
 
-def solve_ivp(
-    fun: Function,
-    t_span: TimeSpan,
-    y0: Any,
-    method: Method = "RK45",
-    t_eval: Times | None = None,
-    events: Functions | None = None,
-    args: tuple = (),
-    *,
-    occurrences: int = 1,
-    **options: Any,
-) -> Solution:
-    """Solve ``y' = fun(t, y, *args)`` as a function of JAX arrays.
-
-    Parameters
-    ----------
-    fun, t_span, method, events
-        As in `fastdyn.solve_ivp`: `fun` is written with NumPy, and compiled by fastdyn.
-    y0 : array_like, shape (n,)
-        Initial state; a JAX array of float64, or a sequence with such numbers, may vary.
-    t_eval : array_like, optional
-        Times of output; by default the end of the span alone.
-    args : tuple
-        Arguments of `fun` and of the events.  JAX arrays of float64 may vary; all else is fixed.
-    occurrences : int
-        The number of occurrences of each event that are returned.
-    **options
-        Tolerances and other options of `fastdyn.solve_ivp`, fixed.
-
-    Returns
-    -------
-    Solution
-        A NamedTuple of JAX arrays: `t`, `y` of shape (n, n_points), `t_events`, `y_events`,
-        `status`.  Times of events are differentiated, too, and the states there as they move.
-        What a run does not reach is nan, as is all of a run that fails.
-
-    Raises
-    ------
-    TypeError, ValueError
-        For float32 and integers that should vary, for JAX arrays that `fun` takes from outside of
-        `args`, and as `fastdyn.solve_ivp`.
-
-    Notes
-    -----
-    Derivatives are those of `sensitivity`; those by more than eight numbers in reverse are those of
-    `adjoint`, where it covers the problem.  They are of first order.  Under vmap, values are those
-    of `fastdyn.solve_ensemble`, and so are derivatives by numbers and initial states.
-    """
+def _ready():
     if jnp.zeros(()).dtype != float:
         raise ValueError(f"fastdyn computes in float64, which JAX has not switched on: {SWITCH}.")
-    call, values = call_of(JAX, fun, t_span, y0, method, t_eval, events, args, occurrences, options)
+
+
+def _solution(call, values):
     found = SOLVE.bind(*values, call=call, axis=Axis(None, (False,) * len(values)))
     status = jax.lax.stop_gradient(found[-1]).astype(int)
     return call.shapes.solution(jnp.asarray(call.fixed.t_eval), found[:-1], status)
+
+
+solve_ivp = door(
+    __name__, JAX, _solution, _ready, arrays="JAX arrays", array="a JAX array",
+    more="  Under vmap, values are\nthose of `fastdyn.solve_ensemble`, and so are derivatives by "
+    "numbers and initial states.",
+)  # fmt: skip
 
 
 def _primitive(name, shapes, host):

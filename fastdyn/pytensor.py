@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fastdyn.plot.needed import needed
-from fastdyn.solve.differentiable import Library, Solution, call_of
-
-if TYPE_CHECKING:
-    from fastdyn.problem.argument_types import Function, Functions, Method, Times, TimeSpan
+from fastdyn.solve.differentiable import Library, Solution, door
 
 pytensor = needed("pytensor", "fastdyn.pytensor needs")
 pt = needed("pytensor.tensor")
@@ -39,59 +36,15 @@ def _own_type(value):
     return value.dtype if isinstance(value, graph.Variable) else "float64"
 
 
-def solve_ivp(
-    fun: Function,
-    t_span: TimeSpan,
-    y0: Any,
-    method: Method = "RK45",
-    t_eval: Times | None = None,
-    events: Functions | None = None,
-    args: tuple = (),
-    *,
-    occurrences: int = 1,
-    **options: Any,
-) -> Solution:
-    """Solve ``y' = fun(t, y, *args)`` as a function of PyTensor's variables.
-
-    Parameters
-    ----------
-    fun, t_span, method, events
-        As in `fastdyn.solve_ivp`: `fun` is written with NumPy, and compiled by fastdyn.
-    y0 : array_like, shape (n,)
-        Initial state; a variable of float64, of known length, or a sequence with such numbers.
-    t_eval : array_like, optional
-        Times of output; by default the end of the span alone.
-    args : tuple
-        Arguments of `fun` and of the events.  Variables of float64, of known shape, vary; all else
-        is fixed.
-    occurrences : int
-        The number of occurrences of each event that are returned.
-    **options
-        Tolerances and other options of `fastdyn.solve_ivp`, fixed.
-
-    Returns
-    -------
-    Solution
-        A NamedTuple of variables: `t`, `y` of shape (n, n_points), `t_events`, `y_events`,
-        `status`.  Times of events are differentiated, too, and the states there as they move.
-        What a run does not reach is nan, as is all of a run that fails: a sampler rejects it.
-
-    Raises
-    ------
-    TypeError, ValueError
-        For float32 and integers that should vary, for variables of unknown shape or that `fun`
-        takes from outside of `args`, and as `fastdyn.solve_ivp`.
-
-    Notes
-    -----
-    Derivatives are those of `sensitivity`; those by more than eight numbers in reverse are those of
-    `adjoint`, where it covers the problem.  They are of first order.
-    """
-    call, values = call_of(
-        PYTENSOR, fun, t_span, y0, method, t_eval, events, args, occurrences, options
-    )
+def _solution(call, values):
     *arrays, status = SolveOp(call)(*values, return_list=True)
     return call.shapes.solution(pt.constant(call.fixed.t_eval.astype(float)), arrays, status)
+
+
+solve_ivp = door(
+    __name__, PYTENSOR, _solution, arrays="variables", array="a variable",
+    shapes="  The shapes of all variables must be known.", use=": a sampler rejects it",
+)  # fmt: skip
 
 
 class _OfCall(graph.Op):
