@@ -220,7 +220,7 @@ def shared(args):
     return tuple([Shared(a) if isinstance(a, np.ndarray | list) else a for a in args])
 
 
-def box_of(box, n=None, name="box") -> Any:
+def box_of(box, n) -> Any:
     """Pairs (low, high), as an array of shape (n, 2).
 
     Raises
@@ -234,9 +234,9 @@ def box_of(box, n=None, name="box") -> Any:
         found = np.empty(0)
     if found.ndim != 2 or found.shape[-1] != 2 or not len(found) or n not in (None, len(found)):
         wanted = "each component" if n is None else f"each of the {n} components"
-        raise ValueError(f"`{name}` must have a pair (low, high) for {wanted}; got {box!r}.")
+        raise ValueError(f"`box` must have a pair (low, high) for {wanted}; got {box!r}.")
     if not np.isfinite(found).all() or (found[:, 0] >= found[:, 1]).any():
-        raise ValueError(f"`{name}` must have finite pairs with low < high; got {box!r}.")
+        raise ValueError(f"`box` must have finite pairs with low < high; got {box!r}.")
     return found
 
 

@@ -32,7 +32,7 @@ def solve_with_discrete(solve, arguments, options):
     given["events"], options["on_event"] = jumps
     for name in SHORTHANDS:
         options.pop(name, None)
-    given["F"] = _extended(given["F"], n, m)
+    given["F"] = _extended(given["F"], n)
     given["y0"] = np.concatenate([y0, d0])
     if given["yp0"] is not None:
         given["yp0"] = np.r_[validate.initial_state(given["yp0"], "yp0"), np.zeros(m)]
@@ -46,7 +46,7 @@ def solve_with_discrete(solve, arguments, options):
     return _parted(solve(**given, **options), n, m)
 
 
-def _extended(F: Any, n, m):
+def _extended(F: Any, n):
     """The residual of the longer state."""
     if not callable(F):
         return F

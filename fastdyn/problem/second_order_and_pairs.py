@@ -115,19 +115,19 @@ def takes_batches(problem):
     return not p.method.series
 
 
-def bind_equations(problem, refused=None):
+def bind_equations(problem):
     """The Bound of the equations of a problem."""
     p = problem
     y0 = given_state(p)
     if isinstance(p.fun, Variational):
-        return bind_variational(p.fun, p.args, Near(p.t0, p.tf, p.fun.own(y0)), refused)
+        return bind_variational(p.fun, p.args, Near(p.t0, p.tf, p.fun.own(y0)))
     if not isinstance(p.fun, Pair):
         near = Near(p.t0, p.tf, y0, takes_batches(p))
-        return bind(p.fun, p.args, p.mode, len(y0), near, refused=refused)
+        return bind(p.fun, p.args, p.mode, len(y0), near)
     q, v = np.split(y0, 2)
     pair = tuple(
         [
-            bind(fun, p.args, mode, len(x), Near(p.t0, p.tf, x), refused=refused)
+            bind(fun, p.args, mode, len(x), Near(p.t0, p.tf, x))
             for fun, mode, x in zip(p.fun, HALVES, (v, q), strict=True)
         ]
     )

@@ -137,10 +137,9 @@ class Run(LaidOut):
         super().__init__(*given)
         self.compared = Compared(self)
 
-    def n_first(self, problem=None):
+    def n_first(self):
         """The most steps of the first chunk."""
-        p = problem or self.problem
-        return int(min(CHUNK_SECONDS / self.cost, FIRST_LOOK, p.max_steps))
+        return int(min(CHUNK_SECONDS / self.cost, FIRST_LOOK, self.problem.max_steps))
 
     def solve(self, y0, begun=None):
         """Solve from an initial state to the end; the status.

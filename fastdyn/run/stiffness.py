@@ -93,12 +93,12 @@ def watch(problem, run):
     if run.may_follow:
         run.at_looks = lambda: _give_up(problem, run)
     elif problem.method.series:
-        run.at_looks = lambda: bool(switches_of(problem, run)[3])
+        run.at_looks = lambda: bool(switches_of(run)[3])
 
 
 def _give_up(problem, run):
     if _gives_up.get() == "slides":
-        t, y, of, chosen = switches_of(problem, run)
+        t, y, of, chosen = switches_of(run)
         if chosen:
             raise Sliding(t, of, y)
     found = _held_back(problem, run, undamped=True)
@@ -106,7 +106,7 @@ def _give_up(problem, run):
         raise Stiff(found)
 
 
-def switches_of(problem, run):
+def switches_of(run):
     """The time and the state of a run, its Switched, and the switches along which it slides."""
     (state,), y = run.view("solve.state"), run.view("solve.work")[Y].copy()
     t, of = float(state["t"]), switched(run.bounds[0])
@@ -123,7 +123,7 @@ def notice(problem, run):
     function.notes["looked at"] = looked = function.notes.get("looked at", 0) + 1
     if looked > MOST:
         return
-    t, _, _, chosen = switches_of(problem, run)
+    t, _, _, chosen = switches_of(run)
     if chosen and t != problem.tf:
         return  # the message tells the failure
     found = None if chosen else _held_back(problem, run)
@@ -149,7 +149,7 @@ def _slides(t):
 
 def of_failure(problem, run):
     """A sentence for a run that failed on a switch, or by stability; else ""."""
-    t, _, _, chosen = switches_of(problem, run)
+    t, _, _, chosen = switches_of(run)
     if chosen:
         return f" {_slides(t)}"
     bound, n_steps = run.bounds[0], counters(run.memory)[0]

@@ -33,7 +33,7 @@ MOST_STRAIGHT = 16  # numbers, up to which kernels inline the function
 DECISIONS = "decisions"  # a key of a Function's notes
 
 
-def bind_variational(equations, args, near, refused=None, varying=()):
+def bind_variational(equations, args, near, varying=()):
     """The Bound of the equations of a state and its sensitivities.
 
     Parameters
@@ -42,8 +42,6 @@ def bind_variational(equations, args, near, refused=None, varying=()):
     args : tuple
     near : traced.make.Near
         The region of the state, without sensitivities.
-    refused : str, optional
-        The reason why the function must run in Python.
     varying : tuple of int
         As in `bind`.
 
@@ -52,8 +50,6 @@ def bind_variational(equations, args, near, refused=None, varying=()):
     Uncompilable
         If `fun` has no trace, or a derivative is missing.
     """
-    if refused:
-        raise Uncompilable(refused)
     said = "it cannot be traced", "the equations of its sensitivities"
     own = equations.fun, args, equations.mode, near
     as_mode = RESIDUAL_SENSITIVITIES if equations.mode.residual else SENSITIVITIES

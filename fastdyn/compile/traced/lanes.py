@@ -44,11 +44,11 @@ def text(traced, symbol, order, kinds, width):
     if raises:  # 1.0 in the lanes where the function raises, else 0.0
         define("fastdyn_raises", ("t", "y", "block"), [raising])
     looks = is_deceptive(plan)
-    driver = OfTrajectories(Single(plan), order, width, raises, looks, *by_processor(width))
+    driver = OfTrajectories(Single(plan), order, width, raises, looks, *by_processor())
     return f"{module}\n{driver(symbol, set(module.globals))}"
 
 
-def by_processor(width):
+def by_processor():
     """LLVM's name for multiply-add, and the number of partial sums that the registers hold."""
     features = processor()[2].split(",")
     fused = "fma" if "+fma" in features else "fmuladd"

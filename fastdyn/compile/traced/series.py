@@ -40,7 +40,7 @@ def text(traced, symbol, order, fine):
         module, kernel = _large(traced, plan, order, raising is not graph.false)
     else:
         module = _invariants(traced, plan)
-        kernel = OfOrders(plan, order, fine, by_processor(4)[0])
+        kernel = OfOrders(plan, order, fine, by_processor()[0])
     return f"{module}\n{kernel(symbol, set(module.globals))}"
 
 
@@ -62,7 +62,7 @@ def _large(traced, plan, order, raises):
     module = _invariants(traced, bundles)
     functions(module, plan, lanes)
     deceptive = is_deceptive(plan)
-    return module, OfElements(bundles, order, lanes, raises, deceptive, *by_processor(lanes))
+    return module, OfElements(bundles, order, lanes, raises, deceptive, *by_processor())
 
 
 @refused_as(NotSmooth)
@@ -78,7 +78,7 @@ def text_of_event(traced, symbol, order):
     if any(isinstance(step, Choice) for step in plan.steps) or plan.outputs[0][1] is None:
         raise NotSmooth("an event with a kink")
     module = _invariants(traced, plan)
-    return f"{module}\n{emit(plan, order, symbol, set(module.globals), by_processor(4)[0])}"
+    return f"{module}\n{emit(plan, order, symbol, set(module.globals), by_processor()[0])}"
 
 
 def _invariants(traced, plan):

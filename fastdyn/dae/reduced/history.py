@@ -54,7 +54,7 @@ def history(reduction, t, x, whole=True):
             log.append((float(t[start]), chosen.states))
         for k in range(start, end, MANY - 1):
             part = slice(k, k + MANY)
-            bad, broken = _first(reduction.system, chosen, t[part], x[:, part], start == k)
+            bad, broken = _first(reduction.system, chosen, t[part], x[:, part])
             if bad is not None:
                 break
         else:
@@ -82,7 +82,7 @@ def _within(reduction, t, x):
     return history(reduction, times, states(sign * times).T, whole=False)
 
 
-def _first(system, chosen, t, x, at_choice):
+def _first(system, chosen, t, x):
     """(The first point at which a choice is bad, or None; whether a sign has changed there)."""
     matrices = system.matrices(t, orders(system, x))
     found = signs(matrices, chosen.depths)

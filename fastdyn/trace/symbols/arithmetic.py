@@ -220,7 +220,7 @@ def _kept_whole(g, name, ids):
     return ids
 
 
-def to_whole(s, how="trunc", python=True):
+def to_whole(s, how="trunc"):
     """A number, or an array, as whole numbers; beyond 2**31 the call is left to Python."""
     g = s.g
     if s.kind in "bi":
@@ -232,7 +232,7 @@ def to_whole(s, how="trunc", python=True):
         g.raises_if(g.map("eq", size, g.const(math.inf).key), lambda: int(math.inf))
     within = g.map("le", size, g.const(INDEX).key)
     g.leaves_to_python_if(g.anywhere(g.map("not", within)))
-    return Symbol(g, g.map("add", ids, g.const(0.0).key), "i", python and not s.many)
+    return Symbol(g, g.map("add", ids, g.const(0.0).key), "i", not s.many)
 
 
 def _divmod(kind, python, a, b):
