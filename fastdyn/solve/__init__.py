@@ -1,7 +1,6 @@
 """The public solvers of one trajectory."""
 
-from .second_order import solve_second_order
-from .separable import solve_separable
+from .halves import solve_second_order, solve_separable
 from .time_transform import time_transformed
 
 __all__ = ["solve_second_order", "solve_separable", "time_transformed"]

@@ -34,9 +34,8 @@ from fastdyn.kernels.output.between_steps import watch, watch_events, watch_plai
 from fastdyn.kernels.output.dense_output import interpolant
 from fastdyn.kernels.output.events import open_events
 from fastdyn.kernels.output.invariants import open_survey, survey
-from fastdyn.kernels.output.many_solves import solve_many
 from fastdyn.kernels.output.series_roots.all_roots import find_all
-from fastdyn.kernels.output.whole_solve import launch, whole_solve
+from fastdyn.kernels.output.whole_solves import launch, solve_many, whole_solve
 from fastdyn.kernels.state.layout import Form
 from fastdyn.kernels.state.record import RUNNING
 from fastdyn.kernels.stepping import (

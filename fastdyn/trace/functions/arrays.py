@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from ..graph.rows import ID, PAIR
-from ..symbols.arithmetic import call, cast, stored, to_decimals, where
+from ..symbols.arithmetic import call, cast, stored, to_decimals
+from ..symbols.arithmetic import where as selected
 from ..symbols.constants import Constants
 from ..symbols.lift import common_kind, joint, number, symbol  # fmt: skip
 from ..symbols.masks import Masked
@@ -20,6 +21,8 @@ STRUCTURE = {  # functions that only move elements: NumPy's own functions run on
     np.diagonal, np.rollaxis, np.copy, np.delete, np.resize, np.dsplit,
     np.broadcast_arrays,
 }  # fmt: skip
+MAKERS = {np.zeros, np.ones, np.empty, np.eye, np.identity, np.linspace, np.full, np.arange, np.tri,
+          np.logspace, np.geomspace}  # fmt: skip
 TYPED = {
     np.array, np.asarray, np.asanyarray, np.ascontiguousarray, np.asfortranarray, np.require,
 }  # fmt: skip
@@ -110,10 +113,52 @@ def fresh(array) -> Any:
     return symbol(NOW.g, array) if array.dtype in (float, complex) else array
 
 
+# -- new arrays
+
+
+def empty_like(a, dtype=None, order: Any = "K", subok=True, shape=None, **_):
+    """np.empty_like, of zeros."""
+    a = array_of(a)
+    kind = a.kind if dtype is None else kind_of(dtype)
+    ids = np.empty_like(a.ids, PAIR if kind == "c" else ID, order, shape=shape)
+    ids[...] = cast(a.g, 0.0, kind, "unsafe")
+    return wrap(a.g, ids, kind)
+
+
+def spaced(start, stop, num=50, endpoint=True, retstep=False, dtype=None, axis=0):
+    """np.linspace between numbers that are symbols."""
+    num = int(num)
+    step = (stop - start) / max(1, num - 1 if endpoint else num)
+    found = start + step * symbol(NOW.g, np.arange(float(num)))
+    if endpoint and num > 1:
+        found[-1] = stop
+    return (found, step) if retstep else found
+
+
+def evenly(start, stop=None, step=1, dtype=None, **_):
+    """np.arange of numbers that parameters determine."""
+    return fresh(np.arange(*[_plain(v) for v in ([start] if stop is None else [start, stop, step])],
+                           dtype=dtype))  # fmt: skip
+
+
+def inserted(a, at, values, axis=None):
+    a = array_of(a)
+    given = cast(a.g, values, a.kind, "unsafe")
+    return a.view_of(np.insert(a.ids, _plain(at), given, axis))
+
+
+def copied(target, source, casting="same_kind", where: Any = True):
+    """np.copyto."""
+    if type(target) is not Symbol:
+        refuse("a result that depends on the state is stored in an array from outside")
+    found = source if where is True else selected(where, source, target.copy())
+    target[...] = found
+
+
 # -- reductions
 
 
-def reduction(name, ufunc):
+def reduction(ufunc):
     """np.sum, np.max and the like."""
 
     def function(a, axis=None, dtype=None, out=None, keepdims=False, initial=None, where=True, **_):
@@ -174,7 +219,7 @@ def place_of(name):
         shape = [1] * a.ids.ndim
         shape[axis] = -1
         n = a.ids.shape[axis]
-        places = where(here, np.arange(float(n)).reshape(shape), float(n))
+        places = selected(here, np.arange(float(n)).reshape(shape), float(n))
         found = reduced("minimum", places, axis=axis, keepdims=keepdims)
         return stored(wrap(a.g, found.ids, "i"), out)
 
@@ -191,7 +236,7 @@ def trace(a, offset=0, axis1=0, axis2=1, dtype=None, out=None):
 def where_(condition, *choices):
     if len(choices) != 2:
         refuse("np.where with one argument")
-    found = where(condition, *choices)
+    found = selected(condition, *choices)
     if type(found) is Symbol:
         return as_numpy(found)
     return np.asarray(found)[()] if isinstance(found, bool | np.bool_) else found
@@ -223,7 +268,7 @@ def piecewise(x, conditions, functions, *args, **kwargs):
         values = [f(x, *args, **kwargs) if callable(f) else f for f in functions]
         result: Any = 0.0
         for mask, value in zip(masks, values, strict=True):
-            result = where(mask, value, result)
+            result = selected(mask, value, result)
         return result
     result = np.zeros_like(s)
     for mask, value in zip(masks, functions, strict=True):
@@ -281,10 +326,10 @@ def _type_of(value):
 FUNCTIONS: dict[Any, Any] = {
     **{f: typed(f) for f in TYPED},
     np.concatenate: joined,
-    np.sum: reduction("sum", "add"), np.max: reduction("max", "maximum"),
-    np.min: reduction("min", "minimum"),
-    np.prod: reduction("prod", "multiply"),
-    np.any: reduction("any", "logical_or"), np.all: reduction("all", "logical_and"),
+    np.sum: reduction("add"), np.max: reduction("maximum"),
+    np.min: reduction("minimum"),
+    np.prod: reduction("multiply"),
+    np.any: reduction("logical_or"), np.all: reduction("logical_and"),
     np.mean: mean, np.var: variance, np.std: deviation,
     np.count_nonzero: count, np.trace: trace,
     np.argmax: place_of("maximum"), np.argmin: place_of("minimum"),
@@ -292,6 +337,8 @@ FUNCTIONS: dict[Any, Any] = {
     np.round: rounded, np.around: rounded,
     np.result_type: lambda *values: np.result_type(*map(_type_of, values)),
     np.isscalar: lambda a: type(a) is Symbol and not a.many,
+    np.empty_like: empty_like, np.linspace: spaced, np.arange: evenly,
+    np.insert: inserted, np.copyto: copied,
     np.fromiter: lambda values, dtype=None, count=-1: typed(np.array)(list(values), dtype),
 }  # fmt: skip
 

@@ -16,9 +16,8 @@ from ..graph.refusal import LATEST, OutOfTime, Refusal
 from ..symbols.lift import symbol
 from ..symbols.masks import WHY, Masked
 from ..symbols.symbol import HANDLERS, NOW, Symbol, graph_of, is_symbolic, of_numpy, refuse
-from . import algebra, arrays, linear_systems, makers, scipy, sequences
-from .arrays import INDEXED, STRUCTURE, structured
-from .makers import MAKERS
+from . import algebra, arrays, linear_systems, scipy, sequences
+from .arrays import INDEXED, MAKERS, STRUCTURE, structured
 from .objects import plain_of, wrapped
 from .python import BISECT, BUILTINS, CMATH, MATH, impure, vectorized
 from .source import Sources
@@ -30,7 +29,7 @@ PURE = set(
 )
 IMPURE = (set(sys.stdlib_module_names) - PURE) | {"matplotlib", "pandas", "tqdm", "IPython"}
 FUNCTIONS: dict[Any, Any] = {
-    **arrays.FUNCTIONS, **makers.FUNCTIONS, **algebra.FUNCTIONS,
+    **arrays.FUNCTIONS, **algebra.FUNCTIONS,
     **linear_systems.FUNCTIONS, **sequences.FUNCTIONS,
 }  # fmt: skip
 OF_MASKED = {np.piecewise, np.copyto, np.asarray, np.asanyarray}
@@ -163,12 +162,11 @@ def _plain_type(value) -> Any:
 class Forbidden:
     """An object that refuses every use, because a use has side effects or gives other results."""
 
-    def __init__(self, name, effect=True):
-        object.__setattr__(self, "_why", (f"it uses {name}", effect))
+    def __init__(self, name):
+        object.__setattr__(self, "_why", f"it uses {name}")
 
     def _refused(self, *_, **__) -> Any:
-        why, effect = self._why
-        refuse(why, final=True, effect=effect, alive="weakref" in why)
+        refuse(self._why, final=True, effect=True, alive="weakref" in self._why)
 
     __getattr__ = __iter__ = __next__ = __call__ = __getitem__ = __enter__ = _refused
     __setattr__ = __setitem__ = __bool__ = __len__ = __eq__ = __contains__ = __iter__
