@@ -13,9 +13,8 @@ from fastdyn.kernels.state.record import (
     STEP_LIMIT,
     STEP_TOO_SMALL,
 )
-from fastdyn.run.actions import OF_ACTIONS, OF_EACH
 from fastdyn.run.matrices.inconsistent import Inconsistent
-from fastdyn.run.outcome import LEFT, SUCCESS, TERMINATED, TOO_SMALL
+from fastdyn.run.outcome import LEFT, OF_ACTIONS, OF_EACH, SUCCESS, TERMINATED, TOO_SMALL
 from fastdyn.run.outcome import SENTENCES as IN_WORDS
 from fastdyn.run.solve_problem import run_of
 

@@ -8,14 +8,17 @@ from fastdyn.compile.compare import python_value
 from fastdyn.kernels.state.record import (
     ATOL,
     BAD_JACOBIAN,
+    BAD_JUMP,
     BORDER,
     EVENT,
     FAILED_AGAIN,
     FINISHED,
     INTERRUPTED,
+    NEGATIVE,
     NO_TOLERANCE,
     NON_FINITE,
     NOT_CONVERGED,
+    OUTSIDE,
     RTOL,
     SINGULAR,
     STATE,
@@ -28,7 +31,6 @@ from fastdyn.kernels.state.record import (
 from fastdyn.problem.domains.options import warn_of_cut
 from fastdyn.problem.schedules import in_order
 
-from .actions import OF_ACTIONS, after_action
 from .dense_output import PiecewisePolynomial, floors_of
 from .functions.undefined import of_undefined
 from .output import OCCURRENCES, occurrences
@@ -57,6 +59,16 @@ SENTENCES = {
     NON_FINITE: "The state is not finite after {t}: the solution blows up there, or the steps are "
     "too long for it; reduce `step`.",
 }
+# Of runs that end because a function of `on_event` returned a state that is refused.
+NOT_FINITE = "returned nan or inf"
+OF_ACTIONS = {
+    BAD_JUMP: f"{{action}} {NOT_FINITE} at {{t}} ({{component}}).",
+    OUTSIDE: "{action} returned a state outside of `domain` at {t}: the run ends before the "
+    "action. Return a state inside, or widen `domain`.",
+    NEGATIVE: "{action} returned a negative number at {t} ({component}), which `nonnegative` "
+    "forbids: the run ends before the action. Return 0 or more.",
+}
+OF_EACH = {"action": "`on_event`", "component": "in a component"}  # of many trajectories
 OF_JUMPS = (
     "If an algebraic variable jumps there at a known time, with what drives it, name the time in "
     "`breakpoints=`. If the equations switch to and fro about a limit there, give an event that "
@@ -277,3 +289,21 @@ def occurrences_of(problem, index, t, y):
         for each in occurrences(index, t, y, n + len(p.schedules))
     )
     return t, [as_components(p, each) if each.size else each for each in y]
+
+
+def after_action(status, s, problem, t):
+    """The sentence for a status of OF_ACTIONS; `s` is the record of the state."""
+    component = f"component {s['component']}"
+    return OF_ACTIONS[status].format(action=_action(s, problem), component=component, t=t)
+
+
+def _action(s, problem):
+    """The function of `on_event` that was called last, in words."""
+    p = problem
+    found, place = p.events or (), int(s["acted"])
+    n = len(found)
+    if place >= n:
+        return f"`on_event` of event {p.schedules[place - n].place}, a schedule,"
+    order = list(in_order(range(n), p.schedules, [None] * len(p.schedules)))
+    name = getattr(found[place][0], "__name__", "a function")
+    return f"`on_event` of event {order.index(place)}, `{name}`,"

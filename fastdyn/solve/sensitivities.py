@@ -17,8 +17,8 @@ from fastdyn.problem.sensitivities import (
     separated,
     with_sensitivities,
 )
-from fastdyn.run.actions import NOT_FINITE
 from fastdyn.run.dense_output import PiecewisePolynomial
+from fastdyn.run.outcome import NOT_FINITE
 from fastdyn.run.result import OdeResult
 from fastdyn.run.solve_problem import followed, run_of
 

@@ -7,8 +7,8 @@ from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.make import Near
 from fastdyn.problem.schedules import in_order
 from fastdyn.problem.sensitivities import NEEDS, by_name
-from fastdyn.run.actions import NOT_FINITE
 from fastdyn.run.functions.compared import off_the_solution
+from fastdyn.run.outcome import NOT_FINITE
 from fastdyn.run.result import OdeResult
 from fastdyn.solve.sensitivities import GRAZES, JUMPS, event_sensitivity
 
