@@ -9,16 +9,13 @@ def with_observed(options, own):
     if callback is None:
         return options
     OPTIONS["callback"].check(callback)
-    from .observer import Observer  # imports SciPy
+    from fastdyn.solve.stepper import observed  # imports SciPy
 
-    found: list = []
+    from .observer import Observer
 
-    def after_step(run):
-        if not found or found[0]._run is not run:
-            found[:] = [Observer.of_run(run)]
-            found[0].own = own
-        found[0].look()
-        return callback(found[0])
+    def follow(run):
+        found = Observer.of_run(run)
+        found.own = own
+        return found
 
-    vars(after_step)["function"] = callback  # may change values that F uses
-    return {**options, "callback": after_step}
+    return {**options, "callback": observed(callback, follow=follow)}

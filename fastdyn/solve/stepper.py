@@ -349,13 +349,16 @@ def _begun(problem):
     return run
 
 
-def observed(callback, function=None):
-    """The function that a Run calls after each step, for a `callback` of the user."""
+def observed(callback, function=None, follow=None):
+    """The function that a Run calls after each step, for a `callback` of the user.
+
+    ``follow(run)`` is the solver that `callback` gets, by default a Stepper.
+    """
     found: list = []
 
     def after_step(run):
         if not found or found[0]._run is not run:
-            found[:] = [Stepper.of_run(run)]
+            found[:] = [(follow or Stepper.of_run)(run)]
         found[0].look()
         return callback(found[0])
 

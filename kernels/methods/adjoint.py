@@ -8,6 +8,7 @@ import numpy as np
 
 from ..stepping.backward import SINGLE
 from . import BY_NAME
+from .method import stability_polynomial
 from .within_steps import nodes_of, of_data
 
 # The limit of stability is searched along rays; |R| may exceed 1 by GROWTH, which no step notices.
@@ -297,26 +298,16 @@ def _stages_of(name):
 
 
 def stable_size(name, cosine):
-    """The largest |h lambda| of a stable step, for an eigenvalue lambda with this cosine, Re / |.|.
-
-    R(z) = 1 + z b (1 + z A (1 + z A ...)): E. Hairer and G. Wanner, "Solving Ordinary Differential
-    Equations II", section IV.2.
-    """
+    """The largest stable |h lambda|, for an eigenvalue lambda with this cosine, Re / |.|."""
     angle = min(math.pi / 2, math.acos(min(1.0, max(0.0, -cosine))) + ASIDE)
     return _stable_size(name, round(ANGLES * angle / math.pi))
 
 
 @functools.cache
 def _stable_size(name, angle):
-    given: Any = BY_NAME[name].tableau
-    s = len(given["b"])
-    a = np.array([np.pad(row.floats, (0, s - len(row))) for row in given["a"][:s]])
-    b, powers, coefficients = np.array(given["b"].floats), np.ones(s), [1.0]
-    for _ in range(s):
-        coefficients.append(b @ powers)
-        powers = a @ powers
+    polynomial = stability_polynomial(BY_NAME[name].tableau)
     z = np.exp(1j * angle * math.pi / ANGLES) * np.arange(FINEST, FARTHEST, FINEST)
-    outside = np.abs(np.polyval(coefficients[::-1], -z)) > 1.0 + GROWTH
+    outside = np.abs(np.polyval(polynomial, -z)) > 1.0 + GROWTH
     return float(np.abs(z[outside.argmax()]))
 
 

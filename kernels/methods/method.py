@@ -215,23 +215,27 @@ def with_complex_states(method, kernel, start):
 
 
 def stability_limit(tableau):
-    """The z at which |R(-z)| of an explicit method first exceeds 1, rounded down to 0.01.
+    """The z at which |R(-z)| of an explicit method first exceeds 1, rounded down to 0.01."""
+    if not tableau or "a" not in tableau:
+        return 0.0
+    z = np.arange(2000) / 100
+    outside = np.abs(np.polyval(stability_polynomial(tableau), -z)) > 1.0 + 1e-12
+    return float(z[outside.argmax() - 1])
+
+
+def stability_polynomial(tableau):
+    """The coefficients of R of an explicit method, from the highest on.
 
     R(z) = 1 + z b (1 + z A (1 + z A ...)): E. Hairer and G. Wanner, "Solving Ordinary Differential
     Equations II", section IV.2.
     """
-    if not tableau or "a" not in tableau:
-        return 0.0
     s = len(tableau["b"])
-    a = np.array([np.pad(row.floats, (0, s - len(row)))[:s] for row in tableau["a"][:s]])
-    b, powers = np.array(tableau["b"].floats), np.ones(s)
-    coefficients = [1.0]
+    a = np.array([np.pad(row.floats, (0, s - len(row))) for row in tableau["a"][:s]])
+    b, powers, coefficients = np.array(tableau["b"].floats), np.ones(s), [1.0]
     for _ in range(s):
         coefficients.append(b @ powers)
         powers = a @ powers
-    z = np.arange(2000) / 100
-    outside = np.abs(np.polyval(coefficients[::-1], -z)) > 1.0 + 1e-12
-    return float(z[outside.argmax() - 1])
+    return coefficients[::-1]
 
 
 def method_in(file, name):

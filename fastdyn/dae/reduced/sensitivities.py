@@ -20,7 +20,7 @@ from fastdyn.solve.sensitivities import JUMPS, event_sensitivity
 
 from ..structure.formulas import constraints
 from ..structure.start import LOST, Unsolved
-from .trajectory import MANY, complete, components, orders, places, projected
+from .trajectory import MANY, complete, components, orders, places, projected, solved
 
 OFF = 1e-6  # of the terms of the equations, that a start of the sensitivities may leave
 
@@ -106,10 +106,10 @@ class ReducedTangent:
             matrix = slopes.at(system, t, z)
             a = matrix[:, :, where]
             turned = a.transpose(0, 2, 1)
-            columns[:, where] -= turned @ _solved(a @ turned, self._along(matrix, columns))
+            columns[:, where] -= turned @ solved(a @ turned, self._along(matrix, columns))
         highest = [int(d[j]) * n + column for j, column in enumerate(system.given.columns)]
         matrix = self._slopes[-1].at(system, t, z)
-        columns[:, highest] = -_solved(matrix[:, :, highest], self._along(matrix, columns))
+        columns[:, highest] = -solved(matrix[:, :, highest], self._along(matrix, columns))
         wanted = [order * n + column for column, order in map(system.given.place, range(n))]
         return np.moveaxis(columns[:, wanted], 0, -1)
 
@@ -169,20 +169,6 @@ class ReducedTangent:
             at = t, y, rate, s
             found.append(event_sensitivity(event, given.args, near, given.directions, at))
         result["event_sensitivity"] = found
-
-
-def _solved(matrices, right):
-    """Solutions of k systems with m right-hand sides; nan where a matrix is singular."""
-    try:
-        return np.linalg.solve(matrices, right)
-    except np.linalg.LinAlgError:
-        found = np.full(right.shape, np.nan)
-        for i, (matrix, b) in enumerate(zip(matrices, right, strict=True)):
-            try:
-                found[i] = np.linalg.solve(matrix, b)
-            except np.linalg.LinAlgError:
-                continue
-        return found
 
 
 def _varied(function, slots):

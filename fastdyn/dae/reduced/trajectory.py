@@ -66,13 +66,18 @@ def projected(reduced, t, z):
 
 def _solved(matrices, right):
     """Solutions (n, k) of k systems; nan where a matrix is singular."""
+    return solved(matrices, right.T[:, :, None])[:, :, 0].T
+
+
+def solved(matrices, right):
+    """Solutions of k systems with m right-hand sides; nan where a matrix is singular."""
     try:
-        return np.linalg.solve(matrices, right.T[:, :, None])[:, :, 0].T
+        return np.linalg.solve(matrices, right)
     except np.linalg.LinAlgError:
         found = np.full(right.shape, np.nan)
-        for i, (matrix, b) in enumerate(zip(matrices, right.T, strict=True)):
+        for i, (matrix, b) in enumerate(zip(matrices, right, strict=True)):
             try:
-                found[:, i] = np.linalg.solve(matrix, b)
+                found[i] = np.linalg.solve(matrix, b)
             except np.linalg.LinAlgError:
                 continue
         return found
