@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from ..graph.domains import divided_by_zero, too_large_a_power, zero_to_a_negative_power
 from ..operations import NAMES
 from ..operations.domains import LARGEST
 from .formulas import OnIds, divided, hypotenuse
@@ -120,7 +119,7 @@ def _real(g, name, given) -> Any:
         refuse(f"{name} of what depends on the state")
     if python and name == "divide":
         _not_caught(g, given)
-        g.raises_if(g.map("eq", ids[1], g.const(0.0).key), divided_by_zero)
+        g.raises_if(g.map("eq", ids[1], g.const(0.0).key), _divided_by_zero)
     if kind == "b":
         return truth(g, found, python)
     if kind == "i":
@@ -239,7 +238,7 @@ def _divmod(kind, python, a, b):
     g = a.g
     if python:
         _not_caught(g, [a, b])
-        g.raises_if(g.map("eq", b.ids, g.const(0.0).key), divided_by_zero)
+        g.raises_if(g.map("eq", b.ids, g.const(0.0).key), _divided_by_zero)
     found = divided(g, a.ids, b.ids)
     if kind == "i" and not python:  # NumPy's whole numbers give 0 for a division by zero
         zero = g.const(0.0).key
@@ -307,11 +306,11 @@ def _note_power(g, a, e, result, known, value):
         at_zero = m("eq", a, zero)
         if not known:
             at_zero = m("and", at_zero, m("lt", e.ids, zero))
-        g.raises_if(at_zero, zero_to_a_negative_power)
+        g.raises_if(at_zero, _zero_to_a_negative_power)
     if g.node(result).op in ("pow", "sqrt", "mul", "div"):
         finite = m("and", *[m("le", m("abs", i), g.const(LARGEST).key) for i in (a, e.ids)])
         much = m("not", m("le", m("abs", result), g.const(LARGEST).key))
-        g.raises_if(m("and", much, finite), too_large_a_power)
+        g.raises_if(m("and", much, finite), _too_large_a_power)
 
 
 ON_SYMBOLS: dict[str, Any] = {  # formulas (kind of the result, Python's rules?, *symbols)
@@ -400,3 +399,18 @@ def stored(result, out) -> Any:
 
 
 HANDLERS["cast"] = cast
+
+
+def _divided_by_zero():
+    """Raise ZeroDivisionError with Python's message."""
+    return 1.0 / 0.0
+
+
+def _zero_to_a_negative_power():
+    """Raise ZeroDivisionError with Python's message."""
+    return 0.0**-1.0
+
+
+def _too_large_a_power():
+    """Raise OverflowError with Python's message."""
+    return 10.0**400.0

@@ -12,7 +12,6 @@ from fastdyn.trace.operations.domains import LARGEST
 from fastdyn.trace.operations.value import by_rule
 
 from .distances import without_root
-from .known_sides import known_side
 
 MAX_WHOLE = 64
 
@@ -117,7 +116,7 @@ class Rewriter:
 
     def power(self, base, exponent):
         """A power of a node; a fractional power of a choice becomes a choice of powers."""
-        parts = known_side(self, base) if exponent % 1.0 else None
+        parts = _known_side(self, base) if exponent % 1.0 else None
         if parts is not None:
             condition, *sides = parts
             return self.graph.select(condition, *[self.power(side, exponent) for side in sides])
@@ -189,3 +188,20 @@ def _with_args(node, known):
             todo.append((each, True))
             todo += [(a, False) for a in each.args]
     return order
+
+
+def _known_side(rewrite, x):
+    """(condition, side, side) of a choice with an invariant side, as max(y, 0); else None.
+
+    The choice may be scaled and shifted by invariants.
+    """
+    if x.op == "select" and any(map(rewrite.is_invariant, x.args[1:])):
+        return x.args
+    if x.op not in ("add", "sub", "neg", "mul", "div"):
+        return None
+    varying = [i for i, arg in enumerate(x.args) if not rewrite.is_invariant(arg)]
+    parts = _known_side(rewrite, x.args[varying[0]]) if len(varying) == 1 else None
+    if parts is None:
+        return None
+    at, combine = varying[0], getattr(rewrite.graph, x.op)
+    return parts[0], *[combine(*x.args[:at], side, *x.args[at + 1 :]) for side in parts[1:]]
