@@ -6,7 +6,9 @@ differential-algebraic systems", SIAM J. Sci. Comput. 19 (1998).
 
 import numpy as np
 
-from .equations import DENSE, STEP, beside
+from fastdyn.run.matrices.check_jacobian import STEP
+
+from .equations import DENSE, beside
 from .index import (
     check_index,
     check_large_index,

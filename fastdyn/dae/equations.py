@@ -7,10 +7,10 @@ import numpy as np
 
 from fastdyn.code_store import Call
 from fastdyn.compile.derivatives.jacobian_block import entries_of, groups_of
+from fastdyn.run.matrices.check_jacobian import STEP
 from fastdyn.run.matrices.residual import pattern_of_residual
 from fastdyn.specialise.scalar import evaluate_kernel
 
-STEP = np.finfo(float).eps ** (1 / 3)  # of central differences: rounding and formula err alike
 SHARE = 0.1  # of its size, by which a number is displaced
 DENSE = 200  # equations, up to which matrices are full
 ROUNDING, OF_DIFFERENCES = 1e-12, 1e-8  # of elements, relative to the largest

@@ -21,15 +21,13 @@ from fastdyn.kernels.calls.block import FIRST
 from fastdyn.kernels.calls.calling_convention import values_of
 from fastdyn.kernels.calls.user_function import FORM
 from fastdyn.kernels.jit.options import OWNING, OWNING_INLINED, njit
-from fastdyn.kernels.state.elementwise import view
+from fastdyn.kernels.state.elementwise import ROW, view
 from fastdyn.trace.written import function_of
 
 from .. import function_convention
 from ..callables import Uncompilable
 from ..parameters import FLOAT, Constant
 from .as_it_is import compiled, dispatcher
-
-ROW = types.Array(types.float64, 1, "C")
 
 
 def signature():

@@ -14,9 +14,9 @@ from fastdyn.compile.mode import RESIDUAL_SENSITIVITIES
 from fastdyn.problem.sensitivities import Tolerances, VariationalResidual
 from fastdyn.run.functions.bound import bind_functions
 from fastdyn.run.functions.compared import off_the_solution
+from fastdyn.run.matrices.check_jacobian import STEP
 
 from ..consistent import completed, consistent, held_of, solution
-from ..equations import STEP
 from ..index import names
 from ..jumps import with_jumps
 from .acting import Acting

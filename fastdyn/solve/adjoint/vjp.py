@@ -13,6 +13,7 @@ import numpy as np
 
 from fastdyn.kernels.state.record import EVENT, FINISHED
 from fastdyn.kernels.stepping.backward import COSINE, LARGEST, RATE
+from fastdyn.kernels.stepping.backward_whole import FEW
 from fastdyn.problem.sensitivities import START
 
 from .along import KEPT
@@ -39,7 +40,6 @@ INSIDE = 0.9  # longest step of a second solve, as a share of the limit of stabi
 ALWAYS_STABLE = 0.5  # h |J| below which all pairs are stable
 STABLE = (0.0, 0.0, 0.0)  # the gauge of a method whose steps are always stable
 SMALL = 1e-3  # least size of a component, as a share of the largest, where errors have no tolerance
-FEW = 8  # states that tell the sizes of components
 TRIALS, MOST_TIMES = 4, 20.0  # most solves; most steps of a second solve, over those of the first
 
 
