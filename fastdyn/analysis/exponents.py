@@ -172,7 +172,10 @@ def lyapunov(
     interval = positive(interval, "interval")
     n_intervals = max(BATCHES, math.ceil(t_end / interval))
     if n_intervals > MOST_INTERVALS:
-        raise ValueError(f"{n_intervals:.3g} intervals are too many: `interval` is too short.")
+        raise ValueError(
+            f"{n_intervals:.3g} intervals are too many: `interval` is too short, or, if it is not "
+            f"given, the solution blows up before `t_end` = {t_end:g}."
+        )
     interval = t_end / n_intervals
     n, frame = len(y), np.eye(len(y))
     logs = np.empty((n_intervals, n))

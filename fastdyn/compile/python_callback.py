@@ -183,8 +183,10 @@ def value_of(fun, args, name, t, y):
 def explained(error, fun, name, t, y):
     """Add the note of `words.raised` to an exception of the argument of a name."""
     who = "An event" if name == "event" else f"`{name}`"
-    form = FORMS.get(name, f"{name}(t, y, *args)")
-    explain(error, who, form, t, y, *getattr(fun, "of", (None, ()))[:2])
+    called, args = getattr(fun, "of", (None, ()))[:2]
+    form = getattr(called, "form", "t, y, *args")
+    form = f"{name}({form})" if form != "t, y, *args" else FORMS.get(name, f"{name}({form})")
+    explain(error, who, form, t, y, called, args)
 
 
 def _value_of(fun, mode, t, y):

@@ -60,6 +60,7 @@ def _extended(F: Any, n):
         return [*found, *zp[n:]]
 
     residual.__name__ = getattr(F, "__name__", "F")
+    residual.form = "t, y, yp, d, *args"  # pyright: ignore
     return residual
 
 

@@ -99,6 +99,8 @@ def _start(y0, yp0, given):
     if not y0.size:
         raise ValueError("`y0` is empty: there is nothing to solve.")
     if yp0 is None:
+        if isinstance(given, str) and given == "yp":
+            raise ValueError("given='yp' holds all of `yp0`: give it.")
         yp0, given = np.zeros(len(y0)), "differential" if given is None else given
     else:
         yp0 = _real(yp0, "yp0")

@@ -90,6 +90,9 @@ class Body:
             The point of action; by default the centre of mass.
         """
         self.forces.append(Force(vector(force, "a force"), self._place(at)))
+        reactions = [one.function for one in self.model.reaction_list]
+        if at is not None and self.forces[-1].vector.has(*reactions):
+            self.model.draw("held", self.at(at))  # a reaction tells where a body is held
 
     def drag(self, c, wind=0):
         """Draw the drag -c \\|u\\| u; u is the velocity relative to the vector `wind`."""

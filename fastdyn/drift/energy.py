@@ -54,6 +54,7 @@ RTOL = 1e-9  # of adaptive methods: at solve_ivp's 1e-3, the drift would be that
     checkpoint=kinds.path,
     progress=kinds.flag,
     rounding=kinds.flag,
+    rtol=kinds.number,
 )
 def energy_drift(
     system: Any,
@@ -230,6 +231,8 @@ class _Run:
         if steps_per_period is not None:
             if step is not None:
                 raise ValueError("give `step` or `steps_per_period`, not both.")
+            if not steps_per_period > 0:
+                raise ValueError(f"`steps_per_period` must be positive; got {steps_per_period}.")
             step = self._period() / steps_per_period
         ends = [n_steps is not None, t_end is not None, periods is not None]
         if sum(ends) != 1:

@@ -105,6 +105,9 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     def probe():
         _probe(members, lambda i: called_with(fun, members.args(i)), mode, t0, n)
 
+    if reductions.folds(wanted) and members.finite.any():
+        i = int(np.flatnonzero(np.broadcast_to(members.finite, members.count))[0])
+        reductions.check_folds(wanted, t0, members.state(i)[: members.n], members.args(i))
     if sensitivity is None:
         directions = ()
         bound, _ = members.bind(problem.fun, mode, n, members.near(problem, n), probe)

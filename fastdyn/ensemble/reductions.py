@@ -10,6 +10,7 @@ from fastdyn.kernels.output.extrema import MAX, MIN, T_MAX, T_MIN
 from fastdyn.problem.events import of_own
 from fastdyn.problem.schedules import in_order
 from fastdyn.words import kinds
+from fastdyn.words.calls import takes
 from fastdyn.words.near import did_you_mean
 
 EXTREMA = {"max": MAX, "max_time": T_MAX, "min": MIN, "min_time": T_MIN}
@@ -79,6 +80,16 @@ def wanted(reduce, events):
     if "first_event" in items and events is None:
         raise ValueError('`reduce="first_event"` needs `events`.')
     return items
+
+
+def check_folds(items, t0, y0, args):
+    """Call the functions of Folds once in Python, so that mistakes are raised as they are."""
+    form = ", ".join(["value", "t", "y", *(f"args[{i}]" for i in range(len(args)))])
+    for item in folds(items):
+        takes("fold", item.function, form)
+        found = item.function(float(item.start), t0, y0.copy(), *args)
+        if np.size(found) != 1:
+            raise ValueError(f"a Fold returned {kinds.shown(found)}; it must return one number.")
 
 
 def check_jumps(items):

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 @shown_when_wrong(
-    client=kinds.executor, store=kinds.store, threads=kinds.number, progress=kinds.flag,
+    client=kinds.executor, store=kinds.store, threads=kinds.whole, progress=kinds.flag,
     block=kinds.number,
 )  # fmt: skip
 @filled("solve_ensemble")

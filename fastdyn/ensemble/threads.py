@@ -50,7 +50,9 @@ def solve_here(ensemble, results, threads, bar):
     """Solve an ensemble on the threads of this process."""
     members, problem, vector = ensemble.members, ensemble.problem, ensemble.vector
     width = vector.width if vector else 1
-    n_workers = max(1, min(threads or n_processors(), -(-members.count // width)))
+    if threads is not None and threads < 1:
+        raise ValueError(f"`threads` must be at least 1; got {threads}.")
+    n_workers = max(1, min(int(threads or n_processors()), -(-members.count // width)))
     folds = reductions.folds(ensemble.wanted)
     workers = [Worker(problem, members, vector, results, folds) for _ in range(n_workers)]
     in_python = any(bound.callback is not None for bound in workers[0].bounds)

@@ -9,6 +9,7 @@ from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.plot.displayed import display
 from fastdyn.problem.schedules import in_order
 from fastdyn.run.result import COUNTS, FIELDS, Counted, OdeResult, counted
+from fastdyn.words.kinds import noted
 from fastdyn.words.near import did_you_mean
 
 from . import reductions
@@ -195,9 +196,15 @@ class Trajectories:
             raise ValueError("complex states have no figure; draw `abs(result.y)`, for example.")
         return figure(self, of, over, components, **options)
 
+    def _number(self, i):
+        try:
+            return range(len(self))[i]
+        except IndexError as error:
+            raise noted(error, f"The trajectories are 0 to {len(self) - 1}; got {i}.") from None
+
     def message(self, i):
         """The reason why trajectory i ended, in a sentence."""
-        i = range(len(self))[i]
+        i = self._number(i)
         return message(self._members, self._problem, self._results, i)
 
     @functools.cached_property
@@ -235,7 +242,7 @@ class Trajectories:
     def __getitem__(self, i):
         if isinstance(i, str):
             raise TypeError(f"trajectories are numbered: ensemble[0][{i!r}], or ensemble.y.")
-        i = range(len(self))[i]
+        i = self._number(i)
         n = int(self._results.counts[i, 3])
         if self._problem.t_eval is None:
             t, y = self.t_end[i : i + 1], self.y_end[i][:, None]

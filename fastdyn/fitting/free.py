@@ -4,6 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.words.calls import shown_when_wrong
+
 FIXED = -1  # the parameter of a number that is not fitted
 
 
@@ -24,6 +26,7 @@ class Free:
         Mean and standard deviation of what is known beforehand, a normal distribution.
     """
 
+    @shown_when_wrong()
     def __init__(self, start, low=-np.inf, high=np.inf, name=None, prior=None):
         self.start = _numbers(start, "start")
         if not np.isfinite(self.start).all() or not self.start.size:
@@ -71,8 +74,11 @@ class Free:
         return np.zeros(self.start.shape), np.full(self.start.shape, np.inf)
 
     def __repr__(self):
+        of_start = {"low": self.low, "high": self.high}
+        shown = [f"{k}={v.flat[0]:g}" for k, v in of_start.items() if np.isfinite(v).any()]
+        shown += [] if self.name is None else [f"name={self.name!r}"]
         start = self.start.item() if not self.start.ndim else f"array of {self.start.shape}"
-        return f"Free({start})" if self.name is None else f"Free({start}, name={self.name!r})"
+        return f"Free({', '.join([str(start), *shown])})"
 
 
 def _numbers(value, name):

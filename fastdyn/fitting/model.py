@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.ensemble.labels import argument_labels
+from fastdyn.words.kinds import refuse
 
 from .free import Parameters
 from .motion import Failed, Motion
@@ -230,7 +231,7 @@ def model_of(fun, records, options, differences):
     except TypeError:
         given = [None]
     if not given or not all(isinstance(record, Record) for record in given):
-        raise TypeError(f"`records` must be a Record, or a sequence of Records; got {records!r}.")
+        refuse("records", "a Record, or a sequence of Records", records)
     model = Model(fun, given, options, differences)
     n, needed = model.n_values + len(model.priors), len(model.parameters.names)
     if model.groups and n <= needed:

@@ -4,6 +4,7 @@ import contextlib
 
 import numpy as np
 
+from fastdyn.compile.python_callback import value_of
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem.options.table import check_kinds
 from fastdyn.problem.validate import method_named
@@ -72,7 +73,7 @@ class Motion:
         """Call the function in Python, so that mistakes of the user are raised as they are."""
         y0, args = self.places.at(x)
         with np.errstate(all="ignore"), contextlib.suppress(ArithmeticError, ValueError):
-            self.fun(self.t0, y0, *args)
+            value_of(self.fun, args, "fun", self.t0, y0)
 
     def states(self, x, times):
         """y at increasing times not before t0, of shape (n, n_times); Failed if there is none."""

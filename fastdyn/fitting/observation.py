@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.python_callback import value_of
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.trace.graph.derivatives import partials
 from fastdyn.trace.graph.evaluate import evaluate
@@ -85,7 +86,7 @@ class Function:
         found = np.empty((self.n_series, len(t)))
         for i, at in enumerate(t):
             with np.errstate(all="ignore"):  # as compiled code: the fit looks at the result
-                one = np.asarray(self.fun(float(at), y[:, i].copy(), *args))
+                one = np.asarray(value_of(self.fun, args, "observed", float(at), y[:, i].copy()))
             if one.dtype.kind not in "fiub" or one.ndim > 1 or one.size != self.n_series:
                 raise ValueError(
                     f"`observed` must return {self.n_series} real numbers, one for each series; "

@@ -4,6 +4,7 @@ import numpy as np
 
 from fastdyn.problem.validate import initial_state
 from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from .free import Free, has_free
 from .noise import noise_of
@@ -42,6 +43,7 @@ class Record:
         For shapes that do not fit, and values that make no sense.
     """
 
+    @shown_when_wrong()
     def __init__(self, t, values, y0, args=(), noise=None, observed=None, t0=None):
         self.t = _floats(t, "t")
         if self.t.ndim != 1 or not self.t.size or not np.isfinite(self.t).all():
@@ -118,7 +120,7 @@ def _floats(value, name):
     except (TypeError, ValueError):
         found = np.array(None)
     if found.dtype.kind not in "fiu":
-        raise TypeError(f"`{name}` must be real numbers; got {value!r}.")
+        kinds.refuse(name, "real numbers", value)
     return found.astype(float)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.words import kinds
-from fastdyn.words.calls import shown_when_wrong
+from fastdyn.words.calls import shown_when_wrong, takes
 from fastdyn.words.near import did_you_mean
 
 OTHERS = (  # that are no options of fastdyn's solvers
@@ -21,7 +21,7 @@ OF_SOLVERS = [option.matlab for option in OPTIONS.values() if option.matlab]
 NAMES = (*sorted([*OTHERS, *OF_SOLVERS], key=str.lower),)
 POSITIVE = ("InitialStep", "MaxStep", "MinStep", "Refine", "RelTol")
 SWITCHES = ("BDF", "JConstant", "NormControl", "Stats", "Vectorized")
-FUNCTIONS = ("Events", "OutputFcn")
+FUNCTIONS = {"Events": "t, y", "OutputFcn": "t, y, flag"}
 
 
 class Options(dict):
@@ -141,8 +141,10 @@ def _checked(name, value):
         if not isinstance(state, bool):
             raise ValueError(f"{name} must be 'on' or 'off'; got {value!r}.")
         return state
-    if name in FUNCTIONS and not callable(value):
-        raise TypeError(f"{name} must be a function; got {value!r}.")
+    if name in FUNCTIONS:
+        if not callable(value):
+            raise TypeError(f"{name} must be a function; got {value!r}.")
+        takes(name, value, FUNCTIONS[name])
     return value
 
 

@@ -10,6 +10,8 @@ import numpy as np
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
+ATTRIBUTES = ("x", "y", "xe", "ye", "ie", "te", "stats", "solver")  # of a Solution
+
 
 class Call(NamedTuple):
     """The request of a solution: its solver, its function and its options."""
@@ -70,6 +72,9 @@ class Solution:
         t, y = self._output(self)
         found = (t, y) if self.ye is None else (t, y, self.xe, self.ye.T, self.ie)
         return iter(found[: names or None])
+
+    def __getattr__(self, name):
+        raise AttributeError(f"a solution has no `{name}`; it has {', '.join(ATTRIBUTES)}.")
 
     def __getitem__(self, index):
         raise TypeError(
@@ -208,4 +213,9 @@ def deval(sol, xint, idx=None) -> np.ndarray:
     if x.ndim > 1 or not ((low <= x) & (x <= high)).all():
         raise ValueError(f"deval knows the solution from {low:g} to {high:g}; got {xint!r}.")
     y = sol.interpolant(x)
-    return y if idx is None else y[idx]
+    try:
+        return y if idx is None else y[idx]
+    except IndexError as error:
+        raise kinds.noted(
+            error, f"`idx` counts components from 0 to {len(y) - 1}; got {idx!r}."
+        ) from None

@@ -14,6 +14,7 @@ from fastdyn.problem.options.table import OPTIONS
 from fastdyn.run.solve_problem import solve_problem
 from fastdyn.solve.stepper import observed
 from fastdyn.words import kinds
+from fastdyn.words.calls import takes
 
 from .events import event_functions, let_pass, occurrences
 from .mass import with_mass
@@ -29,6 +30,7 @@ APART = {"Mass", "MinStep"}  # are no options of the method: `with_mass` and `no
 OF_IMPLICIT = {"Jacobian", "JPattern"}
 COLUMN = "`fun` returned a column"  # the beginning of a solve's message
 
+PARAMETERS = "Parameters go in by a closure: lambda t, y: odefun(t, y, p1)."
 EXCLUSIVE_OR = ("bitwise_xor", "for ^")  # parts of a TypeError's message about y^3
 
 
@@ -46,6 +48,7 @@ def solve(solver, fun, tspan, y0, options):
     """The `Solution` of a solver, for the public function of the solver's name."""
     if not callable(fun):
         raise TypeError(f"`odefun` must be a function of (t, y); got {fun!r}.")
+    takes("odefun", fun, "t, y", PARAMETERS)
     check_options(options)
     options = options_of(solver, options)
     times, y0 = _times(tspan), _state(y0)

@@ -8,9 +8,8 @@ from fastdyn.words.calls import shown_when_wrong
 
 from .options import check_options, odeset
 from .solution import Solution
-from .solve import Solver, solve
+from .solve import PARAMETERS, Solver, solve
 
-PARAMETERS = "Parameters go in by a closure: lambda t, y: odefun(t, y, p1)."
 SOLVERS = {
     one.name: one
     for one in (

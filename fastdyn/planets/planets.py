@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
 
 from . import equations
 from .checks import refuse_if_not_planetary
@@ -118,6 +119,7 @@ class Planets:
         """Raise ValueError: only two bodies have a formula."""
         raise ValueError("the motion of planets has no formula.")
 
+    @shown_when_wrong()
     def solve(
         self,
         t_span: TimeSpan,

@@ -9,6 +9,7 @@ import numpy as np
 
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
+from fastdyn.words.kinds import noted
 from fastdyn.words.letters import letters
 
 from .needed import needed
@@ -17,6 +18,7 @@ COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"]
 """Okabe and Ito's palette, told apart also by colour-blind readers."""
 GROUND = "#b9a98b"
 ROUNDING = 2.0**-54  # half the rounding of numbers near 1
+OF_FIGURES = "A figure takes `ax`, or the options of plt.figure: `figsize`, `dpi`, `layout`."
 OURS: Any = weakref.WeakSet()  # figures, and parts of figures, that nobody else draws in
 
 
@@ -65,7 +67,10 @@ def own_legend(axes):
 def new_figure(ax: Any = None, layout: Any = "constrained", **options: Any) -> Any:
     """A figure; with `ax`, the part of a figure in which this Axes of a grid stood until now."""
     if ax is None:
-        figure = needed("matplotlib.pyplot").figure(layout=layout, **options)
+        try:
+            figure = needed("matplotlib.pyplot").figure(layout=layout, **options)
+        except AttributeError as error:
+            raise noted(TypeError(str(error)), OF_FIGURES) from None
     else:
         figure = _axes(ax).figure.add_subfigure(ax.get_subplotspec())
         ax.remove()
@@ -82,7 +87,7 @@ def single(ax: Any = None, projection: Any = None, **options: Any) -> Any:
 
 
 def _axes(ax):
-    if getattr(ax, "figure", None) is None or not ax.get_subplotspec():
+    if not hasattr(ax, "get_subplotspec") or not ax.get_subplotspec():
         raise TypeError(f"`ax` must be one Axes of a grid, as of plt.subplots; got {ax!r}.")
     return ax
 

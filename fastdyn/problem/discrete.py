@@ -189,7 +189,8 @@ def _sign(longer, fun):
 
 
 def _name(longer, function):
-    """Give a function the name of the user's function, which warnings and results show."""
+    """Give a function the name of the user's function, which warnings show, and its form."""
+    longer.form = "t, y, d, *args"
     for name in ("__name__", "__qualname__"):
         setattr(longer, name, getattr(function, name, getattr(longer, name)))
 

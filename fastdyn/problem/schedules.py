@@ -104,7 +104,7 @@ def _rows(times):
         several = len(times) > 0 and np.ndim(times[0]) == 1
         rows = [np.array(row, dtype=float) for row in (times if several else [times])]
     except (TypeError, ValueError, KeyError):
-        raise TypeError(f"`at` must be times in rising order; got {times!r}.") from None
+        raise TypeError(f"`at` must be a sequence of times; got {times!r}.") from None
     if any(row.ndim != 1 for row in rows):
         raise ValueError("`at` must be a 1-D sequence of times, or one for each trajectory.")
     return rows, several
@@ -205,7 +205,7 @@ def listed(events, options):
 def _sequence(events):
     """The events of a sequence of functions and schedules as a list; TypeError for another kind."""
     try:
-        found = list(events or ())
+        found = list(() if events is None else events)
     except TypeError:
         found = [events]
     if isinstance(events, str):

@@ -113,6 +113,12 @@ def _wanted_span(t_span):
 
 def function(fun, name="fun"):
     """Raise SciPy's TypeError for what is no function."""
+    if hasattr(fun, "rhs") and hasattr(fun, "solve"):
+        known = "its class" if isinstance(fun, type) else shown(fun)
+        raise TypeError(
+            f"`{name}` must be a function of (t, y); got a system, {known}: write "
+            "`system.solve()`, or give `system.rhs`, with args=system.args."
+        )
     if callable(fun):
         names = argument_names(getattr(fun, "__code__", None))
         if said := of_odeint(names, f"`{name}`", f"{name}(t, y)"):
@@ -233,7 +239,7 @@ def output_times(t_eval, t0, tf):
         raise noted(
             ValueError("`t_eval` must be 1-dimensional."),
             f"For {given} times: t_eval=np.linspace({t0:g}, {tf:g}, {given})."
-            if isinstance(given, int)
+            if type(given) is int
             else f"One time is t_eval=[{t_eval}]."
             if t_eval.ndim == 0
             else f"It has shape {t_eval.shape}; times in a row are np.ravel(t_eval).",

@@ -340,9 +340,9 @@ def _begun(problem):
         raise ValueError(
             "`fun` writes to the state, between the steps too: take a solver of SciPy's."
         ) from None
-    announce(run.bounds)
     status = run.begin(problem.y0)
     run.check(status)
+    announce(run.bounds)
     if status == NON_FINITE:
         state, work = run.view("solve.state"), run.view("solve.work")
         raise ValueError(outcome(status, state, work, problem)[1])

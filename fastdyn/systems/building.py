@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot import shaking
+from fastdyn.words.calls import shown_when_wrong
 
 from .base import State, System, derived, parameter, quantity
 from .formulas import ground_motion
@@ -89,6 +90,7 @@ class Building(System):
         return hash(self._key())
 
     @classmethod
+    @shown_when_wrong()
     def sampled(cls, times, *, displacements=None, accelerations=None, **parameters):
         """
         Building over ground whose motion is given by samples, joined by straight lines.

@@ -40,13 +40,25 @@ def shown_when_wrong(advice="", **kinds) -> Callable[[Public], Public]:
     return decorate
 
 
+def takes(name, function, form, advice=""):
+    """Raise TypeError unless a function may be called with the arguments of ``form``."""
+    try:
+        inspect.signature(function).bind(*form.split(", "))
+    except ValueError:  # it tells no signature
+        return
+    except TypeError as error:
+        said = f"`{name}` is called as {name}({form}): {error}. {advice}"
+        raise TypeError(said.rstrip()) from None
+
+
 def _form(function, named, advice):
     """How a function is called, and what may be meant by names that it does not take."""
     known = inspect.signature(function).parameters
     words = [name for name, one in known.items() if one.kind in PLACED]
     owner, _, name = function.__qualname__.rpartition(".")
-    if name == "__init__":
-        words, name = words[1:], owner
+    if words[:1] in (["self"], ["cls"]):
+        words = words[1:]
+    name = owner if name == "__init__" else name
     form = f"The call is {name}({', '.join(words)})"
     by_name = [name for name, one in known.items() if one.kind is one.KEYWORD_ONLY]
     if by_name:

@@ -37,7 +37,11 @@ def number(name, value):
     """One real number."""
     if value.__class__ is float or value.__class__ is int:
         return
-    if isinstance(value, bool | np.bool_) or not _are_real(value) or np.size(value) != 1:
+    if (
+        isinstance(value, bool | np.bool_ | list | tuple)
+        or not _are_real(value)
+        or np.size(value) != 1
+    ):
         refuse(name, "a number", value)
 
 

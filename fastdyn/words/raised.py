@@ -16,6 +16,7 @@ from .near import did_you_mean
 from .user_lines import of_user
 
 TIMES = ("t", "time", "tau")  # names of the time
+PARAMETRISED = ("fun(t", "F(t", "velocity(", "force(")  # functions whose parameters are `args`
 LONG = 6  # components of a state that is shown
 
 
@@ -39,6 +40,11 @@ class Raised(NamedTuple):
     def state(self):
         """The name that the function gives its state."""
         return self.names[1] if len(self.names) > 1 else "y"
+
+    @property
+    def taken(self):
+        """The names of the form, without `*args`."""
+        return re.findall(r"\*?\w+", self.form.partition("(")[2].replace("*args", ""))
 
     def mentions(self, name):
         """Whether the line that failed names a variable; True without a source."""
@@ -122,13 +128,16 @@ def _call(raised, found):
     owner = found.string.partition("(")[0].rpartition("<locals>.")[2]
     if "." in owner and len(missing) == 1 and not many:
         return f"{given}: is it a method? Give that of an object, as in Pendulum(...).rhs."
+    if missing and not raised.form.startswith(PARAMETRISED):
+        rest = " and no ".join(missing)
+        return f"{given}: it gets no {rest}. A known value goes in as a default, {missing[0]}=..."
     if missing:
         has = f", and `args` has {many} value{'s' if many > 1 else ''}" if many else ""
         rest = ", ".join(missing)
         comma = "," if len(missing) == 1 and not many else ""
         form = f"args=({'..., ' if many else ''}{rest}{comma})"
         return f"{given}{has}: give the value{'s' if len(missing) > 1 else ''} of {rest}, {form}."
-    if many:
+    if many and "*args" in raised.form:
         with_ = "value" if many == 1 else f"{many} values"
         return f"{given}, here with the {with_} of `args`; each function of a solve gets them."
     return f"{given}."
@@ -168,6 +177,14 @@ def _power(raised, found):
     return "`^` is no power in Python: x squared is x**2."
 
 
+def _brackets(raised, found):
+    """An index in round brackets, as in MATLAB."""
+    name = re.match(r"\w+(?=\()", raised.failed)
+    if name is None or not isinstance(raised.inner.get(name[0]), np.ndarray):
+        return ""
+    return f"Components stand in square brackets and are counted from 0: the first is {name[0]}[0]."
+
+
 def _one_number(raised, found):
     """A function of one number that gets the whole state."""
     called = re.match(r"\s*(?:\w+\.)*(\w+)\(", raised.failed)
@@ -190,8 +207,8 @@ def _truth(raised, found):
 
 def _no_numbers(raised):
     """Yield, for each argument that is no number, the argument and its kind, as words."""
-    values = raised.args or [raised.values.get(name) for name in raised.names[2:]]
-    names = raised.names[2:]
+    names = raised.names[len(raised.taken) :]
+    values = raised.args or [raised.values[name] for name in names if name in raised.values]
     for i, value in enumerate(values):
         name = f"`{names[i]}`" if i < len(names) else f"args[{i}]"
         if i < len(names) and not raised.mentions(names[i]):
@@ -244,6 +261,7 @@ SENTENCES: tuple[tuple[Any, str, Callable], ...] = (
     (TypeError, r"missing \d+ required (?:positional|keyword-only) arguments?: .*", _call),
     (TypeError, r"takes (?:from )?\d.* positional arguments? .*w(?:as|ere) given", _call),
     (TypeError, r"bitwise_xor|for \^", _power),
+    (TypeError, r"'numpy.ndarray' object is not callable", _brackets),
     (TypeError, rf"'{FLOAT}' object is not (?:subscriptable|iterable)", _in_order_of_odeint),
     (TypeError, rf"non-iterable {FLOAT} object|type '{FLOAT}' has no len", _in_order_of_odeint),
     (ValueError, r"input operand \d does not have enough dimensions", _in_order_of_odeint),

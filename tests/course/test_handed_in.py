@@ -219,7 +219,10 @@ stone = Exercise("fall", "A stone falls.", {"z": "m", "v": "m/s"}, {"g": "m/s²"
 
 @pytest.mark.parametrize(("old", "new", "sentence"), [
     ("-p.g", "p.g", "Its terms say of its solution: `v'` has the wrong sign as a whole."),
-    ("-p.g", "-p.G", "A term raises AttributeError: The exercise has no `G`."),
+    ("-p.g", "-p.G", "The term of gravity in `v'` raises AttributeError: The exercise has no `G`."),
+    ("-p.g", "None", "The term of gravity in `v'` is no finite number everywhere."),
+    (", fall)", ", fall, ranges={'v': (1, 0)})", "itself. ValueError: high - low < 0."),
+    ('"fall"', '"a fall"', "No function can have its name, 'a fall'."),
     ('"v\'": {', '"a": {', "It asks for z', v' and has terms of z', a."),
     (", fall)", ", fall, ranges={'x': (0, 1)})", "It has a range of x,"),
     (", fall)", ", fall, free_zero=['E'])", "The zero of E is free, which is not asked for."),
@@ -229,6 +232,19 @@ def test_an_exercise_that_contradicts_itself_is_refused(old, new, sentence, tmp_
     path.write_text(OWN)
     assert list(exercises_of(path)) == ["fall"]
     path.write_text(OWN.replace(old, new))
-    with pytest.raises(ValueError, match="the exercise fall contradicts itself") as said:
+    with pytest.raises(ValueError, match=r"the exercise .*fall contradicts itself") as said:
         exercises_of(path)
     assert sentence in str(said.value)
+
+
+def test_a_term_may_be_written_for_numbers(tmp_path):
+    (path := tmp_path / "mine.py").write_text(
+        "import math\n" + OWN.replace("-p.g", "-p.g if y.v > 0 else -math.sqrt(p.g**2)")
+    )
+    assert list(exercises_of(path)) == ["fall"]
+
+
+def test_two_exercises_of_one_name_are_refused(tmp_path):
+    (path := tmp_path / "mine.py").write_text(f"{OWN}\nother = stone._replace(question='')\n")
+    with pytest.raises(ValueError, match="two exercises have one name of fall"):
+        exercises_of(path)

@@ -211,3 +211,24 @@ def test_a_disc_in_space_rolls_on_a_floor():
     drawn = scenes(derived("rolling_disc")())
     assert drawn[0].ground == pytest.approx(0.0, abs=1e-9) == frame(drawn)["zlim"][0]
     assert scenes(derived("heavy_top")())[0].ground is None
+
+
+def test_a_body_lies_between_the_points_of_its_reactions():
+    ladder = Model("ladder", t_end=0.5)
+    x, y, th = ladder.coordinates("x y th", "m m rad")
+    m, g, length_ = ladder.parameters(m=(5.0, "kg"), g=(9.81, "m/s²"), length_=(2.0, "m"))
+    A, N = ladder.reactions("A N")
+    r, half = x * i + y * j, length_ / 2 * (sin(th) * i - cos(th) * j)
+    bar = ladder.body(m, r, inertia=m * length_**2 / 12, turned=th)
+    bar.force(A * i, at=r - half)
+    bar.force(N * j, at=r + half)
+    ladder.constrain(x - length_ / 2 * sin(th), "wall")
+    ladder.constrain(y - length_ / 2 * cos(th), "floor")
+    ladder.gravity(-g * j)
+    ladder.start(th=0.3)
+    ladder.guess(x=0.3, y=0.95)
+    (bodies,) = {len(scene.bodies) for scene in scenes(ladder.newton().system())}
+    assert bodies == 1
+    for scene in scenes(ladder.newton().system()):
+        horizontal, vertical = np.array(scene.bodies[0])
+        assert horizontal.min() < 0.1 and vertical.min() < 0.1  # at the wall, on the floor

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn import Phase, analysis, matlab, solve
+from fastdyn import Phase, analysis, solve
 from support.slips import hit
 
 Y = [1.0, 0.0]
@@ -51,6 +51,10 @@ def unpacks_one(t, y):
 
 def power(t, y):
     return [y[1], -(y[0] ^ 2)]
+
+
+def of_brackets(t, y):
+    return [y(1), -y(0)]
 
 
 def of_math(t, y):
@@ -107,6 +111,7 @@ IN_FUN = [  # fun, args, type of the exception, sentence
     (unpacks_three, (), ValueError, "`y` has 2 components, as many as `y0`."),
     (unpacks_one, (), ValueError, "`y` has 2 components, as many as `y0`."),
     (power, (), TypeError, "`^` is no power in Python: x squared is x**2."),
+    (of_brackets, (), TypeError, "counted from 0: the first is y[0]"),
     (of_math, (), TypeError, "`math.sin` takes one number; here it has an array. One component is"),
     (of_float, (), TypeError, "`float` takes one number; here it has an array."),
     (whole, (), ValueError, "Component 1 of what `fun` returned has shape (2,)"),
@@ -132,7 +137,7 @@ DOORS = {  # a forgotten `args`, or one that an event does not take, in each doo
     ),
     "solve_bvp": (
         lambda: fastdyn.solve_bvp(of_g, OF_BVP, [0.0, 1.0], np.zeros((2, 2))),
-        "`fun` is called as fun(x, y): give the value of g",
+        "`fun` is called as fun(x, y): it gets no g.",
     ),
     "solve_second_order": (
         lambda: solve.solve_second_order(lambda t, q, g: -q, (0, 1), [1.0], [0.0], step=0.1), OF_A
@@ -141,13 +146,30 @@ DOORS = {  # a forgotten `args`, or one that an event does not take, in each doo
         lambda: solve.solve_separable(of_g, of_g, (0, 1), [1.0], [0.0], step=0.1),
         f"`velocity` is called as velocity(t, p, *args): {OF_A}",
     ),
-    "ode45": (lambda: matlab.ode45(of_g, [0.0, 1.0], Y), OF_A),
     "linearise": (lambda: analysis.linearise(of_g, Y), OF_A),
     "lyapunov": (lambda: analysis.lyapunov(of_g, Y), OF_A),
     "event": (
         lambda: fastdyn.solve_ivp(of_g, (0, 1), Y, args=(1.0,), events=lambda t, y: y[0]),
         "An event is called as event(t, y, *args), here with the value of `args`",
     ),
+    "event of F": (
+        lambda: fastdyn.solve_dae(
+            lambda t, y, yp: yp + y, (0, 1), [1.0], [-1.0], events=lambda t, y, yp: y[0]
+        ),
+        "An event is called as event(t, y, *args): it gets no yp.",
+    ),
+    "discrete": (
+        lambda: fastdyn.solve_ivp(alone, (0, 1), Y, discrete=[1.0], every=1, on_event=of_g),
+        "`fun` is called as fun(t, y, d, *args).",
+    ),
+    "discrete of F": (
+        lambda: fastdyn.solve_dae(alone, (0, 1), Y, discrete=[1.0], every=1, on_event=of_g),
+        "`F` is called as F(t, y, yp, d, *args).",
+    ),
+    "fit": (lambda: fastdyn.fit(of_g, fastdyn.Record([0, 1], [1, 1], [fastdyn.Free(1), 0.0],
+        noise=1, observed=0)), OF_A),
+    "observed": (lambda: fastdyn.fit(of_g, fastdyn.Record([0, 1], [1, 1], Y, (fastdyn.Free(1),),
+        noise=1, observed=lambda t, y: y[0])), "`observed` is called as observed(t, y, *args)"),
     "jac": (
         lambda: fastdyn.solve_ivp(
             of_g, (0, 1), Y, "Radau", args=(1.0,), jac=lambda t, y: np.eye(2)

@@ -1,5 +1,6 @@
 """Slips in the calls of fits, of analyses, and of MATLAB's functions."""
 
+import numpy as np
 import pytest
 
 from fastdyn import Free, Record, analysis, fit, matlab
@@ -23,6 +24,7 @@ ANALYSED = [
 TABLE = {
     "ode45": (matlab.ode45, ODE45, [
         ({"odefun": "f"}, "`odefun` must be a function of (t, y); got 'f'"),
+        ({"odefun": lambda t, y, g: y}, "odefun(t, y): missing a required argument: 'g'. Parame"),
         ({"tspan": 10}, "`tspan` must be two or more finite times; got 10"),
         ({"tspan": "x"}, "`tspan` must be a sequence of times; got the text 'x'"),
         ({"y0": "x"}, "`y0` must be numbers"),
@@ -36,6 +38,7 @@ TABLE = {
         ({"given": ["RelTlo", 1e-3]}, "there is no option 'RelTlo'; did you mean RelTol?"),
         ({"given": [3, 1e-3]}, "odeset takes names and values, or older options; got 3"),
         ({"given": ["RelTol", "x"]}, "RelTol must be"),
+        ({"given": ["Events", lambda y: y]}, "`Events` is called as Events(t, y): too many"),
     ]),
     "odeget": (matlab.odeget, {"options": {}, "name": "RelTol"}, [
         ({"options": 3}, "`options` must be what `odeset(...)` returns, or a dict; got 3"),
@@ -54,7 +57,9 @@ TABLE = {
         ({"options": 3}, "`options` must be what `odeset(...)` returns, or a dict; got 3"),
     ]),
     "fit": (fit, OF_FIT, [
-        ({"records": 3}, "Record"), ({"records": []}, "ecord"), ({"max_nfev": "x"}, "`max_nfev`"),
+        ({"records": 3}, "Record"),
+        ({"records": [np.ones(99)] * 2}, "got [array([1., 1., "),
+        ({"records": []}, "ecord"), ({"max_nfev": "x"}, "`max_nfev`"),
         ({"level": 95}, "`level` must be between 0 and 1"), ({"level": "x"}, "`level` must be"),
         ({"fun": None}, "`fun` must be a function of (t, y, *args); got None"),
         ({"method": "rk45"}, 'did you mean "RK45"?'),
@@ -66,6 +71,7 @@ TABLE = {
     ]),
     "Free": (Free, {"start": 1.0}, [
         ({"start": "x"}, "`start`"), ({"high": "x"}, "`high`"),
+        ({"min": 0}, "The call is Free(start, low, high, name, prior)."),
         ({"low": 2.0}, "is outside of its bounds 2.0"),
     ]),
     **{name: (getattr(analysis, name), {"fun": fun} | given, [*ANALYSED, *rows])
@@ -120,6 +126,21 @@ TABLE = {
 @pytest.mark.parametrize(("call", "given", "words"), rows_of(TABLE))
 def test_a_slip_is_answered(call, given, words):
     assert words in said_to(call, given)
+
+
+def test_an_index_of_deval_beyond_the_components():
+    with pytest.raises(IndexError) as found:
+        matlab.deval(SOLUTION, 0.5, 1)
+    assert found.value.__notes__ == ["`idx` counts components from 0 to 0; got 1."]
+
+
+def test_the_bounds_of_a_free_are_shown():
+    assert repr(Free(9.0, low=0, name="k")) == "Free(9.0, low=0, name='k')"
+
+
+def test_a_solution_has_the_names_of_matlab():
+    with pytest.raises(AttributeError, match="no `t`; it has x, y, xe"):
+        SOLUTION.t  # noqa: B018
 
 
 def test_parameters_behind_the_options_of_ode45():

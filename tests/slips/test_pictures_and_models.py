@@ -5,6 +5,7 @@ import pytest
 
 import fastdyn
 from fastdyn import plot, systems
+from fastdyn.planets import outer_planets
 from support.slips import NUMBER, NUMBERS, rows_of, said_to
 
 sp = pytest.importorskip("sympy")
@@ -19,6 +20,12 @@ RESULTS = "must be the result of a solve, or a dict of results by label; got "
 BOARD = Model("board")
 X, Y = BOARD.coordinates("x y")
 BALL = BOARD.particle(1, X * i + Y * j)
+
+
+class Named:
+    """What has a figure, as a Figure has, and is no Axes."""
+
+    figure = True
 
 
 def of_model(name):
@@ -46,6 +53,7 @@ TABLE = {
         ({"result": "x"}, f"`result` {RESULTS}the text 'x'"), ({"result": None}, RESULTS),
         ({"result": {"a": 3}}, f"{RESULTS}3"), ({"result": {}}, "does `t_eval` hold any?"),
         ({"ax": 3}, "`ax` must be one Axes of a grid, as of plt.subplots; got 3"),
+        ({"ax": Named()}, "`ax` must be one Axes"), ({"kind": 3}, "or the options of plt.figure"),
         ({"label": 3}, "`label` must be a text; got 3"),
     ]),
     "components": (plot.components, {"results": {"a": RUN}}, [
@@ -98,6 +106,7 @@ TABLE = {
     "solve of a system": (PENDULUM.solve, {"t_span": (0, 1)}, [
         ({"t_span": 10}, "`t_span` must be start and end; got 10: (0, 10)?"),
         ({"y0": "x"}, "`y0` of the pendulum must be 2 numbers (theta, omega)"),
+        ({"y0": "RK45"}, "got the text 'RK45'"),
         ({"method": "rk45"}, 'did you mean "RK45"?'), ({"events": 3}, "`events` must be a fun"),
         ({"events": "slak"}, "pendulum has no event 'slak'; did you mean `slack`?"),
         ({"rtoll": 3}, "`solve` of the pendulum takes no `rtoll`; did you mean `rtol`?"),
@@ -106,6 +115,13 @@ TABLE = {
         ({"l": [1.0, 2.0], "g": [1.0, 2.0, 3.0]}, "one entry a trajectory: `l` has 2, `g` has 3"),
         ({"ll": [1.0, 2.0]}, "`ensemble` of the pendulum takes no `ll`; did you mean `l`?"),
         ({"l": "x"}, "must be one real number, but 'x' was given"),
+        ({"l": ["1 m", "2 kg"]}, "'2 kg' is not in m"), ({"l": [None, 1]}, "one a trajectory; got"),
+    ]),
+    "sampled": (systems.building.sampled, {}, [
+        ({"displacements": [0]}, "The call is sampled(times"),
+    ]),
+    "planets": (outer_planets().solve, {"t_span": (0, 1), "step": 1.0}, [
+        ({"corector": 0}, "`corector`: did you mean `corrector`?"),
     ]),
     "Model": (Model, {"name": "m"}, [
         ({"name": "a b"}, "'a b' is no name that Python takes for a variable"),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fastdyn
+from fastdyn import systems
 from support.slips import (
     FLAG,
     FUNCTIONS,
@@ -118,9 +119,13 @@ OPTIONS = [
     ({"step": [0.1, 0.2]} | RK4, f"`step` {NUMBER}[0.1, 0.2]"),
     ({"step": -0.1} | RK4, "`step` must be positive and finite"),
     (RK4, "takes constant steps: give their size as `step`"),
-    ({"at": "noon"}, "`at` must be times in rising order; got 'noon'"),
+    ({"at": "noon"}, "`at` must be a sequence of times; got 'noon'"),
     ({"at": [2.0]}, "behind the end of the span from 0.0 to 1.0"),
     ({"at": [0.2, 0.1]}, "0.2 comes before 0.1"),
+    ({"events": 0}, "`events` must be a function of (t, y), or a sequence of functions; got 0"),
+    ({"fun": systems.pendulum}, "got a system, its class: write `system.solve()`"),
+    ({"fun": systems.pendulum()}, "got a system, Pendulum("),
+    ({"max_step": [0.1]}, f"`max_step` {NUMBER}[0.1]"),
     ({"every": "day"}, "`every` must be a number; got 'day'"),
     ({"every": 0}, "`every` must be a time above zero"),
     ({"discrete": "x", "every": 0.1}, "`discrete` must be numbers; got the text 'x'"),

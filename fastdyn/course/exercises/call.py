@@ -6,6 +6,8 @@ import warnings
 
 import numpy as np
 
+from fastdyn.words.raised import explain
+
 
 class Refused(Exception):
     """A sentence about a function that cannot be compared."""
@@ -50,7 +52,9 @@ class Call:
         rest = [name for name in asked if name not in given]
         found = [name if name in asked else rest.pop(0) for name in given]
         self.places = [asked.index(name) for name in found]
-        if found != asked:
+        if others := [f"{a} as {b}" for a, b in zip(given, found, strict=True) if a not in asked]:
+            self.notes.append(f"Its parameters are taken in order: {', '.join(others)}.")
+        elif found != asked:
             self.notes.append(
                 f"Its parameters are taken by name: {', '.join(given)}; asked for are "
                 f"{', '.join(asked)}."
@@ -89,7 +93,11 @@ class Call:
         except SystemExit:
             raise Refused("It ends Python, by exit, quit or sys.exit.") from None
         except BaseException as error:
-            raise Refused(f"It raises {type(error).__name__}: {error}.") from None
+            form = self.exercise.signature[len("def ") : -1]
+            explain(error, "It", form, t, state, self.function, given)
+            notes = getattr(error, "__notes__", ())
+            said = " ".join([f"It raises {type(error).__name__}: {error}.", *notes])
+            raise Refused(said) from None
         return _numbers(value, names)
 
 

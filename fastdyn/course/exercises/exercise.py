@@ -97,7 +97,7 @@ class Exercise(NamedTuple):
         if others is None:
             return None
         terms = self.at(t, y, p)[name]
-        found = {k: f(t, Names(y), Names(p), Names(answers)) for k, f in others.items()}
+        found = {k: evaluated(f, k, name, t, y, p, answers) for k, f in others.items()}
         return {**terms, **found}
 
     def elsewhere(self, t, y, p):
@@ -107,10 +107,26 @@ class Exercise(NamedTuple):
     def at(self, t, y, p):
         """As `values`, the values themselves of an answer of `free_zero`."""
         return {
-            name: {about: np.broadcast_to(term(t, Names(y), Names(p)), t.shape).astype(float)
-                   for about, term in terms.items()}
+            name: {about: evaluated(term, about, name, t, y, p) for about, term in terms.items()}
             for name, terms in self.terms.items()
-        }  # fmt: skip
+        }
+
+
+def evaluated(term, about, name, t, *values):
+    """A term at all states, shape (STATES,); a term for numbers, as with `math`, one by one."""
+    try:
+        try:
+            found = term(t, *map(Names, values))
+        except (TypeError, ValueError):
+            rows = [[{k: v[i] for k, v in of.items()} for of in values] for i in range(len(t))]
+            found = [term(at, *map(Names, row)) for at, row in zip(t, rows, strict=True)]
+        found = np.broadcast_to(found, t.shape).astype(float)
+    except Exception as error:
+        said = f"The term of {about} in `{name}` raises {type(error).__name__}"
+        raise ValueError(f"{said}: {str(error).rstrip('.')}") from error
+    if not np.isfinite(found).all():
+        raise ValueError(f"The term of {about} in `{name}` is no finite number everywhere")
+    return found
 
 
 class Names:

@@ -29,9 +29,12 @@ def exercises_of(path):
         return EXERCISES
     made = runpy.run_path(path).values()
     found = [one for part in made for one in (part if isinstance(part, list) else [part])]
-    by_name = {one.name: one for one in found if isinstance(one, Exercise)}
+    by_id = {id(one): one for one in found if isinstance(one, Exercise)}
+    by_name = {one.name: one for one in by_id.values()}
     if not by_name:
         raise ValueError(f"{path} makes no `Exercise`.")
+    if len(by_name) < len(by_id):
+        raise ValueError(f"{path}: two exercises have one name of {', '.join(by_name)}.")
     for one in by_name.values():
         if wrong := _contradiction(one):
             raise ValueError(f"{path}: the exercise {one.name} contradicts itself. {wrong}")
@@ -40,6 +43,8 @@ def exercises_of(path):
 
 def _contradiction(exercise):
     """The faults of an exercise that no student can answer; empty for a good one."""
+    if not exercise.name.isidentifier():
+        return f"No function can have its name, {exercise.name!r}."
     if list(exercise.terms) != list(exercise.answer):
         return (f"It asks for {', '.join(exercise.answer)} and has terms of "
                 f"{', '.join(exercise.terms)}.")  # fmt: skip
@@ -50,8 +55,8 @@ def _contradiction(exercise):
         return f"The zero of {', '.join(unknown)} is free, which is not asked for."
     try:
         wrong, _ = compared(exercise, exercise.solution)
-    except Exception as error:  # of a term
-        return f"A term raises {type(error).__name__}: {error}."
+    except Exception as error:  # of a term, a range or `project`
+        return f"{type(error).__name__}: {str(error).rstrip('.')}."
     return f"Its terms say of its solution: {' '.join(wrong)}" if wrong else ""
 
 

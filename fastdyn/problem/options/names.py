@@ -25,7 +25,7 @@ def advice(name, known):
 def _advice_on(names):
     """Questions for several names, to append to a sentence."""
     known = (*OPTIONS, *ARGUMENTS)
-    found = [(name, advice(name, known)) for name in names if name not in OPTIONS]
+    found = [(name, advice(name, known)) for name in names if name not in known]
     return "".join(f" `{name}`: {said}" for name, said in found if said)
 
 

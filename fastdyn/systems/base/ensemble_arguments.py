@@ -9,6 +9,7 @@ import numpy as np
 from fastdyn.ensemble.solve import solve_ensemble
 from fastdyn.problem.members import Shared
 from fastdyn.problem.options.table import OPTIONS
+from fastdyn.words.kinds import shown
 
 from .consistent_start import check_members
 from .declare import checked
@@ -44,10 +45,12 @@ def _checked_column(system, field, value):
     if "unit" not in field.metadata:
         raise ValueError(f"`{field.name}` of the {system.name} is the same for all trajectories.")
     column = np.asarray(value)
+    if column.ndim == 1 and column.dtype.kind == "U":  # with units, as "30 deg"
+        column = np.array([checked(system.name, field, each) for each in value])
     if column.ndim != 1 or column.dtype.kind not in "fiu" or not column.size:
         raise ValueError(
             f"`{field.name}` must be a number or a 1-D array of numbers, one a trajectory; got "
-            f"shape {column.shape}."
+            f"{shown(column)}."
         )
     column = column.astype(float)
     bad = column[~np.isfinite(column)]

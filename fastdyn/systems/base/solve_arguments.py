@@ -10,6 +10,7 @@ from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.step_options import within
 from fastdyn.problem.validate import method_named, time_span
+from fastdyn.words.kinds import shown
 from fastdyn.words.near import did_you_mean
 
 OF_SOLVE = {"t_span", "y0", "method", "t_eval", "dense_output", "events", "vectorized", "project"}
@@ -91,8 +92,8 @@ def full_state(system, y0):
     if np.shape(y0) != (len(system.states),):
         names = ", ".join(state.name for state in system.states)
         raise ValueError(
-            f"`y0` of the {system.name} must be {len(system.states)} numbers ({names}); its shape "
-            f"is {np.shape(y0)}."
+            f"`y0` of the {system.name} must be {len(system.states)} numbers ({names}); got "
+            f"{shown(y0)}."
         )
     return y0
 
