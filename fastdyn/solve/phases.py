@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.compile.python_callback import value_of
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.table import refused_among
@@ -18,7 +19,7 @@ from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import SUCCESS
 from fastdyn.run.result import COUNTS, FIELDS, OdeResult
 from fastdyn.words.calls import shown_when_wrong
-from fastdyn.words.kinds import number, shown
+from fastdyn.words.kinds import function_of, number, shown
 from fastdyn.words.near import did_you_mean
 
 from . import automatic
@@ -145,8 +146,7 @@ def _solved(phases, first, asked, max_phases):
         if status != 1 or not len(ended):  # the end, a failure, or one of the user's `events`
             break
         t = end
-        name, y = phase.after(t, segment.y_events[0][-1], *asked.args)
-        y = np.array(y, dtype=float)
+        name, y = _next(phase, t, segment.y_events[0][-1], asked.args)
         jumps.append(not np.array_equal(y, segment.y_events[0][-1]))
         if t == tf:
             status, message = 0, SUCCESS
@@ -156,6 +156,22 @@ def _solved(phases, first, asked, max_phases):
         status = -1
     keep_start = [t_eval is not None or jump or i == 0 for i, jump in enumerate(jumps)]
     return _joined(segments, log, status, message, keep_start, len(events))
+
+
+def _next(phase, t, y, args):
+    """The name of the next phase, and the state at its start."""
+    found = value_of(phase.after, args, "after", t, y)
+    try:
+        name, state = found if isinstance(found, tuple | list) else (None, None)
+        state = np.array(state, dtype=float)
+    except (TypeError, ValueError):
+        state = None
+    if np.shape(state) != y.shape:
+        raise ValueError(
+            f"`after` must return (name, y), the next phase and {len(y)} numbers; got "
+            f"{shown(found)}."
+        )
+    return name, state
 
 
 def _check(phases, method, events, max_phases, options):
@@ -174,6 +190,7 @@ def _check(phases, method, events, max_phases, options):
         if not isinstance(phase, Phase):
             raise TypeError(f"phase '{name}' must be a Phase; got {shown(phase)}.")
         function(phase.fun, f"fun of phase '{name}'")
+        function_of("(t, y)")(f"after of phase '{name}'", phase.after)
         if not getattr(phase.event, "terminal", False):
             raise ValueError(f"the event of phase '{name}' must be terminal: it ends the phase.")
 

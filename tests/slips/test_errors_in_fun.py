@@ -85,6 +85,13 @@ def divides(t, y):
     return [y[1], 1 / float(t - t)]
 
 
+def hitting(t, y):
+    return y[0]
+
+
+hitting.terminal = True
+
+
 class Oscillator:
     def rhs(self, t, y):
         return [y[1], -y[0]]
@@ -138,6 +145,18 @@ DOORS = {  # a forgotten `args`, or one that an event does not take, in each doo
     "solve_bvp": (
         lambda: fastdyn.solve_bvp(of_g, OF_BVP, [0.0, 1.0], np.zeros((2, 2))),
         "`fun` is called as fun(x, y): it gets no g.",
+    ),
+    "a constant of solve_bvp": (
+        lambda: fastdyn.solve_bvp(
+            lambda x, y: [y[1], 0], OF_BVP, [0.0, 1.0], np.zeros((2, 2))
+        ),
+        "`fun` is called as fun(x, y) and must return rows of one length",
+    ),
+    "after": (
+        lambda: fastdyn.solve_phases(
+            {"a": Phase(lambda t, y: [y[1], -y[0]], hitting, alone)}, "a", (0, 9), Y
+        ),
+        "`after` is called as after(t, y, *args).",
     ),
     "solve_second_order": (
         lambda: solve.solve_second_order(lambda t, q, g: -q, (0, 1), [1.0], [0.0], step=0.1), OF_A
@@ -222,6 +241,14 @@ def test_the_exception_is_that_of_fun_at_its_line():
 def test_each_door_gives_the_sentence(name):
     call, words = DOORS[name]
     assert words in "\n".join(raised(call).__notes__)
+
+
+@pytest.mark.parametrize("after", [lambda t, y: y, lambda t, y: "a", lambda t, y: (y, "a")])
+def test_what_after_must_return(after):
+    with pytest.raises(ValueError, match=r"`after` must return \(name, y\), the next phase and 2"):
+        fastdyn.solve_phases(
+            {"a": Phase(lambda t, y: [y[1], -y[0]], hitting, after)}, "a", (0, 9), Y
+        )
 
 
 def test_an_error_that_is_found_on_the_way_names_its_time():

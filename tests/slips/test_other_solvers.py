@@ -125,6 +125,7 @@ TABLE = {
         ({"phases": [PHASES["up"]]}, "`phases` must be a dict of names and Phases; got [Phase("),
         ({"phases": {"up": fun}}, "phase 'up' must be a Phase; got <function"),
         ({"phases": {"up": Phase("f", hit(terminal=True), fun)}}, "`fun of phase 'up'` must be"),
+        ({"phases": {"up": Phase(fun, hit(), "b")}}, "`after of phase 'up'` must be a function"),
         ({"phases": {"up": Phase(fun, hit(), fun)}}, "the event of phase 'up' must be terminal"),
         ({"first": "down"}, "there is no phase 'down'; there are 'up'"),
         ({"first": "Up"}, "there is no phase 'Up'; did you mean 'up'?"),

@@ -205,7 +205,7 @@ SENTENCES = [
     ({"at": [1.0, 1.0]}, ValueError, "is there twice"),
     ({"at": [2.0, 1.0]}, ValueError, "rising order"),
     ({"at": [1.0, math.nan]}, ValueError, "finite"),
-    ({"at": 3.0}, TypeError, "rising order"),
+    ({"at": 3.0}, TypeError, "a sequence of times"),
     ({"at": "now"}, (TypeError, ValueError), "at"),
     ({"at": [[1.0], [2.0]], "on_event": [dose]}, ValueError, "for each event"),
     ({"every": 0.0}, ValueError, "above zero"),

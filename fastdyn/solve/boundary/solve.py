@@ -179,8 +179,14 @@ class Problem:
 def _called(function, who, form, one, other, args):
     """The value of `fun` or `bc`; an exception gets its note."""
     try:
-        return function(one, other, *args)
+        found = function(one, other, *args)
+        np.shape(found)
+        return found
     except Exception as error:
+        if "inhomogeneous" in str(error):
+            rows = "rows of one length: a constant in a row is 0 * x + c"
+            must = rows if who == "`fun`" else "a row of numbers, one for each condition"
+            error.add_note(f"{who} is called as {form} and must return {must}.")
         form = f"{form[:-1]}, p)" if args else form
         explain(error, who, form, one, other, function, args)
         raise
