@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 from collections.abc import Callable, Hashable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -160,12 +161,12 @@ def _solved(phases, first, asked, max_phases):
 
 def _next(phase, t, y, args):
     """The name of the next phase, and the state at its start."""
-    found = value_of(phase.after, args, "after", t, y)
-    try:
-        name, state = found if isinstance(found, tuple | list) else (None, None)
-        state = np.array(state, dtype=float)
-    except (TypeError, ValueError):
-        state = None
+    found: Any = value_of(phase.after, args, "after", t, y)
+    name: Any = None
+    state: Any = None
+    if isinstance(found, tuple | list) and len(found) == 2:
+        with contextlib.suppress(TypeError, ValueError):
+            name, state = found[0], np.array(found[1], dtype=float)
     if np.shape(state) != y.shape:
         raise ValueError(
             f"`after` must return (name, y), the next phase and {len(y)} numbers; got "
