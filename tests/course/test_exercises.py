@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fastdyn.cli.main import main
+from fastdyn.course.exercises.call import Call
 from fastdyn.course.exercises.check import check
 from fastdyn.course.exercises.compare import compare
 from fastdyn.course.exercises.sheet import EXERCISES
@@ -249,3 +250,13 @@ def test_a_cause_is_named_once(name, old, new, sentences):
 ])  # fmt: skip
 def test_units_are_written_as_people_do(powers, unit):
     assert product_of(powers) == unit
+
+
+def test_an_exception_comes_with_its_meaning():
+    (said,) = compare(EXERCISES["tension"], lambda t, y, m, g, l: m * g * y[0] ^ 2)
+    assert said.endswith("`^` is no power in Python: x squared is x**2.")
+
+
+def test_parameters_of_other_names_are_told():
+    call = Call(EXERCISES["pendulum"], lambda t, y, length, gravity: y)
+    assert call.notes == ["Its parameters are taken in order: length as g, gravity as l."]
