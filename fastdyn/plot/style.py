@@ -87,7 +87,8 @@ def single(ax: Any = None, projection: Any = None, **options: Any) -> Any:
 
 
 def _axes(ax):
-    if not hasattr(ax, "get_subplotspec") or not ax.get_subplotspec():
+    placed = getattr(ax, "figure", None) is not None and hasattr(ax, "get_subplotspec")
+    if not placed or not ax.get_subplotspec():
         raise TypeError(f"`ax` must be one Axes of a grid, as of plt.subplots; got {ax!r}.")
     return ax
 
