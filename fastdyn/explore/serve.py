@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import html
+import logging
 import socket
 from typing import Any
 
@@ -93,6 +94,8 @@ def serve(source, port=0, show=True, threaded=False):
         The address, and the server, an object with a method `stop`.
     """
     port = port or free_port()
+    # Bokeh warns of each picture that was on its way to a tab that has been closed.
+    logging.getLogger("bokeh.server.views.ws").setLevel(logging.ERROR)
     print(f"http://{ADDRESS}:{port} shows {source.make.title}; Ctrl-C ends.", flush=True)
     server = pn.serve(
         _in_a_tab(application(source)), port=port, address=ADDRESS, show=show, threaded=threaded,
