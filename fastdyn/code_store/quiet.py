@@ -47,6 +47,6 @@ warnings = _Warnings("warnings")
 def behind():
     """Mark this thread as the background thread."""
     _here.behind = True
-    for name, module in list(sys.modules.items()):
+    for name, module in sys.modules.copy().items():  # other threads import meanwhile
         if name.startswith("numba.") and getattr(module, "warnings", None) is real:
             module.warnings = warnings  # pyright: ignore[reportAttributeAccessIssue]
