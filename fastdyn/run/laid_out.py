@@ -2,6 +2,7 @@
 
 import ctypes
 import math
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
 from fastdyn.compile import budget
 from fastdyn.compile.python_callback import interruptible
-from fastdyn.kernels.calls.block import FAILED
+from fastdyn.kernels.calls.block import FAILED, JACOBIAN, RARE
 from fastdyn.kernels.output.arguments import FRESH, Kernels, Launch
 from fastdyn.kernels.state.record import RAISED
 from fastdyn.kernels.state.snapshot_table import STATE, STRIDE
@@ -279,13 +280,21 @@ class LaidOut(PythonBetween):
         (s,) = solve[0]
         return d, float(s["t_old"]), float(s["t"])
 
+    @contextmanager
     def another(self):
-        """A Run that takes the same steps, and stores the end only; None if steps have effects."""
-        p = self.problem
+        """A Run that takes the same steps, and stores the end only; None if steps have effects.
+
+        Both Runs have the block of the equations, which names the matrices of one Run at a time.
+        """
+        p, block = self.problem, self._own.block
         if self._callbacks or p.callback is not None:
-            return None
-        p = p._replace(t_eval=np.array([p.tf]), dense_output=False)
-        return type(self)(p, self._own, self._others)
+            yield None
+            return
+        p, named = p._replace(t_eval=np.array([p.tf]), dense_output=False), block.copy()
+        try:
+            yield type(self)(p, self._own, self._others)
+        finally:
+            block[JACOBIAN:RARE] = named[JACOBIAN:RARE]
 
     def new_launch(self):
         """A Launch with a new memory, for a kernel that begins solves by itself."""

@@ -101,14 +101,15 @@ def _compare(run, members, found, ends):
     count = run.compared.due()
     if not count:
         return
-    again, chosen = run.another(), np.linspace(0, members.count - 1, max(2, count // LATER))
-    for i in np.unique(chosen.astype(int)).tolist():
-        for bound, where in found:
-            bound.keepalive[1] = members.args(i)
-            for word, column in where:
-                bound.block[word] = members.words[i, column]
-        again.begin(members.state(i).copy(), MOST_AGAIN, run.compared.most_places)
-        compare(again, LATER, {})
+    chosen = np.linspace(0, members.count - 1, max(2, count // LATER))
+    with run.another() as again:
+        for i in np.unique(chosen.astype(int)).tolist():
+            for bound, where in found:
+                bound.keepalive[1] = members.args(i)
+                for word, column in where:
+                    bound.block[word] = members.words[i, column]
+            again.begin(members.state(i).copy(), MOST_AGAIN, run.compared.most_places)
+            compare(again, LATER, {})
 
 
 def _call(run, members, places, ends):

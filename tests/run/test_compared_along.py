@@ -7,7 +7,9 @@ import pytest
 import scipy.integrate
 
 import fastdyn
+from fastdyn.kernels.calls.block import JACOBIAN, RARE
 from fastdyn.run.functions import compared
+from fastdyn.run.solve_problem import run_of
 
 WRONG = pytest.warns(fastdyn.CompileWarning, match=r"compiled form gives .*and Python")
 
@@ -91,3 +93,19 @@ def test_the_end_of_the_span_is_a_float_where_it_is_one_in_scipy(method):
     for solve in (scipy.integrate.solve_ivp, fastdyn.solve_ivp):
         with pytest.raises(OverflowError):
             solve(fun, (0.0, 2.0), [1.0], method)
+
+
+@pytest.mark.parametrize("mass", [None, np.diag([1.0, 1.0, 2.0])])
+def test_steps_taken_again_leave_the_matrices_of_their_solve(mass):
+    def fun(t, y):  # the output does not show the negative side of a component at 0
+        a, b, c = np.maximum(y, 0)
+        rates = 0.04 * a, 3e7 * b**2, 1e4 * b * c
+        return [rates[2] - rates[0], rates[0] - rates[1] - rates[2], rates[1]]
+
+    options = {} if mass is None else {"mass": mass}
+    run = run_of(fastdyn.prepare(fun, (0, 1), [1.0, 0.0, 0.0], "Radau", **options)._problem)
+    block, taken = run.bounds[0].block, []
+    named, another = block.tolist()[JACOBIAN:RARE], run.another
+    run.another = lambda: taken.append(True) or another()
+    run.solve(run.problem.y0)
+    assert taken and block.tolist()[JACOBIAN:RARE] == named

@@ -200,29 +200,30 @@ def _of_steps(run, bound, missing):
 
     The steps of the solve are taken again, REPEATED at most; there are none if Python code runs.
     """
-    again, block = run.another(), bound.block
-    if again is None:
-        return
+    block = bound.block
     kept, left = int(block[SIDES]), int(min(REPEATED, REPEATED_NUMBERS // max(run.plan.n, 1)))
-    try:
-        block[SIDES] = 0
-        status = again.begin(run.problem.y0)
-        while status == RUNNING and left > 0:
-            before, block[SIDES] = again.memory.copy(), 0
-            status = again.step(TOGETHER)
-            left -= TOGETHER
-            if not missing & int(block[SIDES]):
-                continue
-            again.memory[:], status = before, RUNNING
-            for _ in range(TOGETHER):
-                block[SIDES] = 0
-                status = again.step() if status == RUNNING else status
-                if missing & int(block[SIDES]):
-                    state, work = again.view("solve.state")[0], again.view("solve.work")
-                    yield float(state["t_old"]), work[Y_OLD].copy()
-                    yield float(state["t"]), work[Y].copy()
-    finally:
-        block[SIDES] = kept
+    with run.another() as again:
+        if again is None:
+            return
+        try:
+            block[SIDES] = 0
+            status = again.begin(run.problem.y0)
+            while status == RUNNING and left > 0:
+                before, block[SIDES] = again.memory.copy(), 0
+                status = again.step(TOGETHER)
+                left -= TOGETHER
+                if not missing & int(block[SIDES]):
+                    continue
+                again.memory[:], status = before, RUNNING
+                for _ in range(TOGETHER):
+                    block[SIDES] = 0
+                    status = again.step() if status == RUNNING else status
+                    if missing & int(block[SIDES]):
+                        state, work = again.view("solve.state")[0], again.view("solve.work")
+                        yield float(state["t_old"]), work[Y_OLD].copy()
+                        yield float(state["t"]), work[Y].copy()
+        finally:
+            block[SIDES] = kept
 
 
 def _given(run, bound, count):
