@@ -120,8 +120,7 @@ def function(fun, name="fun"):
             "`system.solve()`, or give `system.rhs`, with args=system.args."
         )
     if callable(fun):
-        names = argument_names(getattr(fun, "__code__", None))
-        if said := of_odeint(names, f"`{name}`", f"{name}(t, y)"):
+        if said := of_odeint(argument_names(fun), f"`{name}`", f"{name}(t, y)"):
             warn(said)
         return
     called = " (the function itself, not what it returns)" if isinstance(fun, CALLED) else ""

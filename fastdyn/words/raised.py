@@ -7,7 +7,7 @@ pattern of the message and a function that makes the sentence, or gives "" where
 import linecache
 import re
 from collections.abc import Callable
-from types import TracebackType
+from types import MethodType, TracebackType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,7 +57,7 @@ def explain(error, who, form, t, y, fun=None, args=()):
     frame = outer and outer.tb_frame
     raised = Raised(
         error, who, form, t, np.asarray(y), tuple(args),
-        argument_names(frame.f_code if frame else getattr(fun, "__code__", None)),
+        argument_names(fun, frame and frame.f_code),
         frame is not None, frame.f_locals if frame else {},
         *_failed(inner), inner.tb_frame.f_locals if inner else {},
     )  # fmt: skip
@@ -66,12 +66,14 @@ def explain(error, who, form, t, y, fun=None, args=()):
         error.add_note(said)
 
 
-def argument_names(code):
-    """The names of a function's arguments, in order, without `self`."""
+def argument_names(fun, entered=None):
+    """The names of the arguments of a function, or of the code that was entered, without `self`."""
+    code = entered or getattr(fun, "__code__", None)
     if code is None:
         return []
     names = [*code.co_varnames[: code.co_argcount]]
-    return names[1:] if names[:1] == ["self"] else names
+    bound = isinstance(fun, MethodType) and code is fun.__code__
+    return names[1:] if bound or names[:1] == ["self"] else names
 
 
 def _sentence(raised):

@@ -261,6 +261,15 @@ def test_an_order_that_raises_nothing_is_told_of():
         fastdyn.solve_ivp(lambda y, t: -y, (0, 1), [1.0])
 
 
+def test_the_object_of_a_method_is_no_argument(recwarn):
+    class Decay:
+        def rhs(own, t, y):
+            return -y
+
+    fastdyn.solve_ivp(Decay().rhs, (0, 1), [1.0])
+    assert not recwarn.list
+
+
 def test_an_exception_that_has_another_cause_stays_alone():
     def fun(t, y):
         raise ValueError("the tank is empty")
