@@ -5,8 +5,19 @@ import warnings
 
 import numpy as np
 import pytest
+from scipy.interpolate import interp1d
 
-from support.repeated import START, assert_same, both_ways, is_plain, prepared, warm, was_ready
+from fastdyn import solve_ivp
+from support.repeated import (
+    START,
+    assert_same,
+    both_ways,
+    is_plain,
+    plain,
+    prepared,
+    warm,
+    was_ready,
+)
 
 g, length, table = 9.81, 1.0, np.array([0.5, 2.0, 1.5])
 
@@ -175,3 +186,24 @@ def test_a_name_that_is_gone(outside):
         mine(START)
     outside["math"] = kept
     assert is_plain(mine, START)
+
+
+@pytest.mark.parametrize("shown", [np.transpose, np.asfortranarray, lambda a: np.tile(a, 2)[:, :2]])
+def test_whole_numbers_in_any_order_of_memory(shown):
+    matrix = shown(np.array([[0, 1], [-2, -1]]))
+
+    def fun(t, y):
+        return matrix @ y
+
+    assert is_plain(solve_ivp, fun, (0, 1), START)
+    for values in ([[0, 1], [-2, -1]], [[0, 2], [-2, -1]]):
+        matrix = shown(np.array(values))
+        assert_same(plain(fun, (0, 1), START), warm(solve_ivp, fun, (0, 1), START))
+    matrix[1, 1] = -3
+    assert_same(plain(fun, (0, 1), START), solve_ivp(fun, (0, 1), START))
+
+
+def test_an_interpolator_of_several_rows():
+    t = np.linspace(0, 1, 6)
+    found = interp1d(t, np.array([np.sin(t), np.cos(t)]))
+    assert is_plain(solve_ivp, lambda t, y: -y + found(t), (0, 1), START)

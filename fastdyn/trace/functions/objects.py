@@ -84,7 +84,7 @@ def expect_content(reads, value, row):
 def _expect(reads, part, where):
     itself = reads.step(where, "itself")  # the row `where` may hold parameters
     if isinstance(part, np.ndarray) and part.dtype != object:
-        reads.expect(itself, "content", part.copy())
+        reads.expect_elements(itself, part)
     elif isinstance(part, np.ndarray):
         reads.lasting = False
     elif isinstance(part, tuple):

@@ -51,7 +51,7 @@ def array(outside, value, row):
         reads.expect(row, "array", (value.dtype, value.shape, strides))
         slots = reads.parameters(reads.step(row, "real numbers"), real_numbers(value))
         return Symbol(g, g.array(slots, value), "c")
-    reads.expect(row, "content", value.copy())
+    reads.expect_elements(row, value)
     if value.dtype in (float, complex):
         return symbol(g, value)
     return value.copy("K").view(Constants)

@@ -52,7 +52,7 @@ CHECKS = {
     "array": "type({value}) is ndarray and {value}.dtype == {0} and {value}.shape == {1} "
     "and ({2} is None or {value}.strides == {2})",
     "real values": "not {value}.imag.any()",
-    "content": "equal_arrays({value}, {expected})",
+    "content": "equal_arrays({value}, {0}, {1})",
     "ascending": "({value}[1:] >= {value}[:-1]).all()",
 }
 FORMULAS = {
@@ -283,14 +283,14 @@ def equal(value, expected):
     return value.__class__.__module__ in OF_LIBRARIES and repr(value) == repr(expected)
 
 
-def _equal_arrays(value, expected):
+def _equal_arrays(value, expected, contiguous):
     def bits(array):
         return array.reshape(-1).view("u8" if array.dtype.itemsize % 8 == 0 else "u1")
 
     return (
         type(value) is np.ndarray
         and (value.dtype, value.shape) == (expected.dtype, expected.shape)
-        and (value.ndim < 2 or value.flags.c_contiguous == expected.flags.c_contiguous)
+        and (value.ndim < 2 or value.flags.c_contiguous == contiguous)
         and np.array_equal(bits(value), bits(expected))
     )
 

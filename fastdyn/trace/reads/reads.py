@@ -92,6 +92,10 @@ class Reads:
         elif row != STABLE and self.rows[row].check is None:
             self.rows[row] = self.rows[row]._replace(check=check, expected=expected)
 
+    def expect_elements(self, row, array):
+        """Record that an array must have the present elements, in the present order in memory."""
+        self.expect(row, "content", (array.copy(), array.flags.c_contiguous))
+
     def alias(self, row, first):
         """Record that two rows hold one object whose content the function uses."""
         if row not in (None, STABLE) and row != first:
