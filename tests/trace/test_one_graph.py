@@ -1,5 +1,6 @@
 """However a function is written, its graph is the same: the same code, at the same cost."""
 
+import functools
 import math
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.code import Traced
+from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.paths.runs import trace
 
@@ -80,6 +82,36 @@ def test_functions_of_math_add_only_what_raises():
         (n.op, n.data) for n in live(other.outputs)
     ]
     assert same and other.raising is not other.graph.false
+
+
+def by_slices(t, y):
+    matrix = np.zeros((4, 4))
+    matrix[:2, 2:], matrix[2:, :2], matrix[2, 3], matrix[3, 3] = np.eye(2), np.diag(y[:2]), t, 2
+    return matrix @ y
+
+
+def by_blocks(t, y):
+    corner = np.block([[0, t], [0.0, np.array([2])]])
+    return np.block([[np.zeros((2, 2)), np.eye(2)], [np.diag(y[:2]), corner]]) @ y
+
+
+def of_complex_blocks(t, y):
+    return (np.block([[np.eye(2) * y[0], 1j * np.eye(2)]]) @ y).imag
+
+
+def test_blocks_are_slices():
+    assert key(by_slices, 4) == key(by_blocks, 4)
+    y = np.arange(1.0, 5.0)
+    found = trace(of_complex_blocks, (), 4, (2,))
+    values, _ = evaluate(found.graph, found.outputs, np.zeros(1), y[:, None], ())
+    assert values.ravel().tolist() == [3.0, 4.0]
+
+
+def test_a_fold_is_a_chain():
+    def largest(t, w):  # as SymPy writes Max
+        return functools.reduce(np.maximum, (w[0], t, w[1])) * w
+
+    assert key(largest, 4) == key(lambda t, w: np.maximum(np.maximum(w[0], t), w[1]) * w, 4)
 
 
 def test_a_new_value_is_not_new_code():

@@ -66,6 +66,23 @@ def joined(arrays, axis=0, out=None, *, dtype=None, casting=None):
     return stored(wrap(g, np.concatenate(ids, axis), kind), out)
 
 
+def blocks(arrays):
+    """np.block, of numbers or of truth values."""
+    g, every, todo = graph_of(arrays), [], [arrays]
+    while todo:
+        part = todo.pop()
+        todo += part if type(part) is list else ()
+        every += [array_of(part)] if type(part) is not list else ()
+    kind = common_kind({s.kind for s in every})
+
+    def ids(part):
+        if type(part) is list:
+            return [*map(ids, part)]
+        return np.asarray(cast(g, array_of(part), kind, "unsafe"), PAIR if kind == "c" else ID)
+
+    return wrap(g, np.block(ids(arrays)), kind)
+
+
 def typed(function):
     """np.array and its kin: an array of an array-like, itself or a copy."""
 
@@ -325,7 +342,7 @@ def _type_of(value):
 
 FUNCTIONS: dict[Any, Any] = {
     **{f: typed(f) for f in TYPED},
-    np.concatenate: joined,
+    np.concatenate: joined, np.block: blocks,
     np.sum: reduction("add"), np.max: reduction("maximum"),
     np.min: reduction("minimum"),
     np.prod: reduction("multiply"),

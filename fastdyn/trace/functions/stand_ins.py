@@ -23,8 +23,8 @@ from .python import BISECT, BUILTINS, CMATH, MATH, impure, vectorized
 from .source import Sources
 
 PURE = set(
-    "numpy scipy builtins math cmath numba operator _operator functools itertools collections "
-    "numbers abc types typing copy enum dataclasses fractions statistics string re "
+    "numpy scipy builtins math cmath numba operator _operator functools _functools itertools "
+    "collections numbers abc types typing copy enum dataclasses fractions statistics string re "
     "bisect".split()
 )
 IMPURE = (set(sys.stdlib_module_names) - PURE) | {"matplotlib", "pandas", "tqdm", "IPython"}
