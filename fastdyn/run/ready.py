@@ -235,12 +235,12 @@ class ReadyRun:
 
         Times whose bytes were checked with the present span need no other check.
         """
-        if t_eval.__class__ is list or t_eval.__class__ is tuple:
-            if not NUMBERS.issuperset(map(type, t_eval)):
-                return False
+        kind, own = t_eval.__class__, self._t_eval
+        if kind is range or (kind in (list, tuple) and NUMBERS.issuperset(map(type, t_eval))):
             t_eval = np.array(t_eval)
-        own = self._t_eval
-        if t_eval.__class__ is not ARRAY or t_eval.dtype != FLOAT or t_eval.shape != own.shape:
+        elif kind is not ARRAY:
+            return False
+        if t_eval.dtype != self.problem.t_eval.dtype or t_eval.shape != own.shape:
             return False
         times = t_eval.tobytes()
         if times != self._times:
@@ -265,7 +265,7 @@ class ReadyRun:
         (t0, tf, h, h_max), times = self._span, self._t_eval
         return {
             "t0": t0, "tf": tf, "h": h, "h_max": h_max,
-            "t_eval": None if times is None else times.copy(),
+            "t_eval": None if times is None else times.astype(self.problem.t_eval.dtype),
         }  # fmt: skip
 
 

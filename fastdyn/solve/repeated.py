@@ -3,6 +3,7 @@
 State, span, times of output, arguments, closure and outside values may change from call to call.
 """
 
+import functools
 import types as python
 from typing import Any
 
@@ -38,7 +39,7 @@ def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, ar
         others = _listed(events)
         kind = fun, y0, method, t_eval, dense_output, others, vectorized, args, options, wanted
         found = _recent.get(_kind(*kind))
-    except (AttributeError, TypeError):  # no function of Python's, or values without a hash
+    except (AttributeError, TypeError):  # a callable without code, or values without a hash
         return None
     if found is None or args.__class__ is not tuple:
         return None
@@ -83,11 +84,19 @@ def _listed(events):
 def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, options, wanted):
     """The key of a call: its functions' code, lengths, and options."""
     return (
-        fun.__class__, id(fun.__code__), len(y0), method,
+        fun.__class__, id(_code(fun)), len(y0), method,
         None if t_eval is None else len(t_eval), dense_output,
-        None if others is None else tuple([id(event.__code__) for event in others]),
+        None if others is None else tuple([id(_code(event)) for event in others]),
         vectorized, len(args), wanted, *options.items(),
     )  # fmt: skip
+
+
+def _code(fun):
+    """The code of a callable: of a partial that of its function, of an object that of its class."""
+    kind = fun.__class__
+    if kind is python.FunctionType or kind is python.MethodType or is_jitted(fun):
+        return fun.__code__
+    return _code(fun.func) if kind is functools.partial else kind.__call__.__code__
 
 
 def _may_come_again(problem, options):
@@ -97,11 +106,9 @@ def _may_come_again(problem, options):
         return False
     if not all(option.in_key and option.methods(p.method) for option in known):
         return False
-    if not (p.fun.__class__ in (python.FunctionType, python.MethodType) or is_jitted(p.fun)):
-        return False
     if p.mode.second_order or p.mode.complex_numbers or len(p.segments):
         return False  # the form q'' = a(t, q) is checked at each call
-    if times is not None and not (times.dtype == float and len(times)):
+    if times is not None and not (times.dtype.kind in "fiu" and len(times)):
         return False
     plain = p.rtol.__class__ is float is p.atol.__class__  # an rtol that is raised is an array
     return plain and (p.atol > 0 or not p.method.error_order)
@@ -115,7 +122,7 @@ class Repeated(Solver):
     def __init__(self, problem, options):
         super().__init__()
         events = [event for event, *_ in problem.events or ()]
-        self.codes = [getattr(f, "__code__", None) for f in (problem.fun, *events)]
+        self.codes = [_code(f) for f in (problem.fun, *events)]
         self._options = options
 
     def ready(self, problem):

@@ -1,5 +1,6 @@
 """Repeated calls of `solve_ivp`: the results of the first call, to the last bit."""
 
+import functools
 import gc
 import math
 import warnings
@@ -89,6 +90,56 @@ def test_lists_and_arrays_are_read_at_each_call():
         ends[1] += 0.5
         args[0] += 1.0
         y0[0] += 1
+
+
+class Spring:
+    def __init__(self, stiffness):
+        self.stiffness = stiffness
+
+    def __call__(self, t, y):
+        return [y[1], -self.stiffness * y[0]]
+
+
+class Passage:
+    direction = 0
+
+    def __init__(self, level, terminal):
+        self.level, self.terminal = level, terminal
+
+    def __call__(self, t, y):
+        return y[0] - self.level
+
+
+def test_objects_and_partials():
+    spans = (0.0, 1.0)
+    assert is_plain(solve_ivp, Spring(2.0), spans, START)
+    assert is_plain(solve_ivp, functools.partial(spring, stiffness=2.0), spans, START)
+    assert is_plain(solve_ivp, Spring(2.0), spans, START, events=Passage(0.1, True))
+    changed = Spring(3.0)
+    for fun in (
+        Spring(3.0), Spring(4), changed, changed, functools.partial(spring),
+        functools.partial(spring, stiffness=4.0), functools.partial(spring, friction=4.0),
+        functools.partial(spring, stiffness=5), functools.partial(Spring(6.0)),
+    ):  # fmt: skip
+        changed.stiffness += 1.0
+        for _ in range(3):
+            assert_same(plain(fun, spans, START), solve_ivp(fun, spans, START))
+    for event in (Passage(0.2, True), Passage(0.2, False), Passage(0.3, True)):
+        mine = solve_ivp(Spring(2.0), spans, START, events=event)
+        theirs = plain(Spring(2.0), spans, START, events=event)
+        assert mine.t_events[0].tolist() == theirs.t_events[0].tolist()
+        assert mine.y.tolist() == theirs.y.tolist()
+
+
+@pytest.mark.parametrize("method", ["RK45", "Radau", "Taylor"])
+def test_times_that_are_whole_numbers(method):
+    for times in (range(6), [0, 1, 2], np.arange(4), np.arange(5, dtype=np.float32)):
+        assert is_plain(solve_ivp, pendulum, (0, 5), START, method, times)
+        for t_eval in (times, np.arange(len(times)), [0.5 * k for k in range(len(times))]):
+            mine = solve_ivp(pendulum, (0, 5), START, method, t_eval)
+            assert_same(plain(pendulum, (0, 5), START, method, t_eval), mine)
+    long = plain(pendulum, (0, 900), START, method, range(901))  # beyond the first chunk
+    assert_same(long, warm(solve_ivp, pendulum, (0, 900), START, method, range(901)))
 
 
 def test_without_arguments_solves_are_plain_after_calls_with_some():
