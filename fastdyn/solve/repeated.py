@@ -83,6 +83,9 @@ def _listed(events):
 
 def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, options, wanted):
     """The key of a call: its functions' code, lengths, and options."""
+    atol = options.get("atol")
+    if atol.__class__ is list or atol.__class__ is np.ndarray:
+        options = {**options, "atol": tuple(atol)}
     return (
         fun.__class__, id(_code(fun)), len(y0), method,
         None if t_eval is None else len(t_eval), dense_output,
@@ -110,8 +113,8 @@ def _may_come_again(problem, options):
         return False  # the form q'' = a(t, q) is checked at each call
     if times is not None and not (times.dtype.kind in "fiu" and len(times)):
         return False
-    plain = p.rtol.__class__ is float is p.atol.__class__  # an rtol that is raised is an array
-    return plain and (p.atol > 0 or not p.method.error_order)
+    plain = p.rtol.__class__ is float  # an rtol that is raised is an array
+    return plain and (not p.method.error_order or bool(np.all(p.atol > 0)))
 
 
 class Repeated(Solver):

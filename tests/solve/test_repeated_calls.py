@@ -162,6 +162,24 @@ def test_tolerances_and_closures(method):
         assert_same(plain(closure(1.0), (0, 1), START, method, **options), mine)
 
 
+@pytest.mark.parametrize("method", ["RK45", "Radau", "Taylor", "LSODA"])
+def test_a_tolerance_for_each_component(method):
+    for atol in ([1e-6, 1e-8], np.array([1e-7, 1e-5]), (1e-7, 1e-6), [1e-6, 1]):
+        assert is_plain(solve_ivp, pendulum, (0, 1), START, method, atol=atol)
+        for other in (atol, np.array(atol)[::-1], 1e-6, np.array(1e-6)):
+            for y0 in (START, 2e3 * START):
+                mine = solve_ivp(pendulum, (0, 1), y0, method, atol=other)
+                assert_same(plain(pendulum, (0, 1), y0, method, atol=other), mine)
+    for wrong in ([1e-6], [[1e-6, 1e-6]], [1e-6, -1.0], [1e-6, "a"], [1e-6, math.nan]):
+        with pytest.raises((ValueError, TypeError)):
+            solve_ivp(pendulum, (0, 1), START, method, atol=wrong)
+    changed = np.array([1e-6, 1e-6])
+    warm(solve_ivp, pendulum, (0, 1), START, method, atol=changed)
+    changed[0] = 1e-9
+    mine = solve_ivp(pendulum, (0, 1), START, method, atol=changed)
+    assert_same(plain(pendulum, (0, 1), START, method, atol=changed), mine)
+
+
 WRONG = [
     {"t_span": (0.0, math.nan)}, {"t_span": (0.0,)}, {"t_span": (0.0, 1.0, 2.0)},
     {"t_span": (0.0, "b")}, {"t_span": 1.0}, {"t_eval": [0.5, 2.0]}, {"t_eval": [0.75, 0.5]},
