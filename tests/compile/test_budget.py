@@ -20,7 +20,9 @@ import fastdyn
 from fastdyn.compile import background, budget, memory
 from fastdyn.compile.bind import bind
 from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.traced import make
 from fastdyn.compile.traced.code import Traced
+from fastdyn.compile.traced.known import left_of
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.run import solve_problem
 from fastdyn.trace.graph.clock import CLOCK, checked_by, look
@@ -151,6 +153,26 @@ def test_a_function_that_waits_long_for_its_code_is_told_of_once(monkeypatch, ca
     assert said.startswith(
         "looped has run in Python for 0 s, because its compiled code is not ready"
     )
+
+
+@pytest.mark.parametrize("stage", ["seconds_of", "compare_around"])
+def test_values_that_change_while_code_is_made_behind_are_no_fault_of_the_code(stage, monkeypatch):
+    weights, within = np.array([1, 2]), getattr(make, stage)
+
+    def fun(t, y):
+        return -weights * y
+
+    def changed(*given, **named):
+        weights[:] += 1
+        return within(*given, **named)
+
+    monkeypatch.setattr(make, stage, changed)
+    near = Near(0.0, 1.0, np.ones(2))
+    background.Job(lambda: traced_function(fun, (), DERIVATIVE, 2, near))
+    background.finish()
+    monkeypatch.undo()
+    assert left_of(fun, (), DERIVATIVE) == (None, False)
+    assert traced_function(fun, (), DERIVATIVE, 2, near) is not None
 
 
 def test_ctrl_c_ends_the_waiting(monkeypatch):
