@@ -84,7 +84,9 @@ def _listed(events):
 def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, options, wanted):
     """The key of a call: its functions' code, lengths, and options."""
     atol = options.get("atol")
-    if atol.__class__ is list or atol.__class__ is np.ndarray:
+    if atol.__class__ is np.ndarray and atol.dtype.kind in "fiu":
+        options = {**options, "atol": (atol.dtype.str, atol.shape, atol.tobytes())}
+    elif atol.__class__ is list:
         options = {**options, "atol": tuple(atol)}
     return (
         fun.__class__, id(_code(fun)), len(y0), method,

@@ -46,7 +46,7 @@ def test_an_event_without_a_series_is_left_to_another_method():
 def test_where_taylor_fails_another_method_is_tried():
     """The state comes to rest on a jump, and an option keeps it from being followed by modes.
 
-    Roundings decide whether Vern7 ends there; where it does not, Radau fails, too, and that is told.
+    Roundings decide whether Vern7 ends there; where it does not, Radau fails, too, which is told.
     """
     run = solve_ivp(
         lambda t, y: [y[1], -y[0] - 0.2 * np.sign(y[1])], (0, 12), [1.0, 0.0], "auto",
