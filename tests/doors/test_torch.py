@@ -32,7 +32,7 @@ def test_the_outputs_are_those_of_solve_ivp():
     assert found.status == 0 and found.t_events is None and not found.y.requires_grad
 
 
-@pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")
+@pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated")
 def test_gradcheck():
     few = varying([1.0, 0.0], 9.81, 0.2)
     for method in ("Tsit5", "Radau"):
