@@ -59,7 +59,7 @@ SENTENCES = {
     NON_FINITE: "The state is not finite after {t}: the solution blows up there, or the steps are "
     "too long for it; reduce `step`.",
 }
-# Of runs that end because a function of `on_event` returned a state that is refused.
+# Sentences of runs that end because `on_event` returned a state that is refused.
 NOT_FINITE = "returned nan or inf"
 OF_ACTIONS = {
     BAD_JUMP: f"{{action}} {NOT_FINITE} at {{t}} ({{component}}).",

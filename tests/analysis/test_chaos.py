@@ -99,7 +99,7 @@ def test_the_share_of_regular_orbits_of_henon_and_heiles():
         given = {"rtol": 1e-8, "atol": 1e-10}
         found = solve_ensemble(varied, (0, 500), states, **given)
         shares.append((np.linalg.norm(found.y_end[:, 4:], axis=1) < 1e5).mean())
-    # Of 400 starts, a share has a standard deviation of at most 0.025; three times this.
+    # A share of 400 starts has a standard deviation of at most 0.025; three times this.
     for share, expected in zip(shares, (1.0, 0.85, 0.5, 0.3, 0.0), strict=True):
         assert abs(share - expected) < 0.075
     assert shares == sorted(shares, reverse=True)

@@ -24,7 +24,7 @@ def at_once(monkeypatch):
 
 
 def compile_until(heard, made_by=code_store.KERNELS, seconds=30.0):
-    """What the log has after a compilation that lasts until `heard()`, or for some seconds."""
+    """The lines in the log after a compilation that lasts until `heard()`, or for some seconds."""
 
     def build():
         end = time.monotonic() + seconds

@@ -39,7 +39,7 @@ C = rows(
         -40.06618937091002 -54.66780262877968 -9.48861652309627
     """
 )
-# The same for all states of stages, from that of stage 1 on, and for the state at the end.
+# Coefficients of the states of all stages, from stage 1 on, and of the state at the end.
 STAGE_ROWS = tuple([row.floats for row in A] + [(*A[-1].floats, *[1.0] * k) for k in (1, 2)])
 END_ROW = (*A[-1].floats, 1.0, 1.0, 1.0)
 TIMES = Row(".6358126895828704 .4095798393397535 .9769306725060716 .4288403609558664 1 1 1")
