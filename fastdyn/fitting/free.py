@@ -84,7 +84,7 @@ class Free:
 def _numbers(value, name):
     """A new array of floats; TypeError for what is no real number."""
     try:
-        found = np.array(value)
+        found = np.array(None if np.ma.is_masked(value) else value)
     except ValueError:
         found = np.array(None)
     if found.dtype.kind not in "fiu":

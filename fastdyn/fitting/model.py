@@ -7,6 +7,7 @@ import numpy as np
 from fastdyn.ensemble.labels import argument_labels
 from fastdyn.words.kinds import refuse
 
+from .descent import scaled
 from .free import Parameters
 from .motion import Failed, Motion
 from .noise import Unknown
@@ -46,6 +47,7 @@ class Model:
 
     def __init__(self, fun, records, options, differences):
         self.fun, self.records, self.parameters = fun, records, Parameters()
+        self.differences = differences
         many = len(records) > 1
         placed = []
         for k, record in enumerate(records):
@@ -201,13 +203,6 @@ class Model:
         """The sum of squares of the priors."""
         p = self.parameters
         return float((((x - p.mean) / p.deviation)[self.priors] ** 2).sum())
-
-
-def scaled(jac):
-    """The Jacobian with columns of length 1 (zeros stay), and their lengths."""
-    lengths = np.linalg.norm(jac, axis=0)
-    lengths[lengths == 0] = 1.0
-    return jac / lengths, lengths
 
 
 def name_of(group):

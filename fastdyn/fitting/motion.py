@@ -6,27 +6,38 @@ import numpy as np
 
 from fastdyn.compile.python_callback import value_of
 from fastdyn.kernels.methods import METHODS
-from fastdyn.problem.options.table import check_kinds
+from fastdyn.problem.options.names import refuse_unknown
+from fastdyn.problem.options.table import OPTIONS, check_kinds
 from fastdyn.problem.validate import method_named
 from fastdyn.solve.ivp import solve_ivp
 
 MOST_STEPS = 100_000  # a trial far from the data may need steps without end
 TOLERANCES = {"rtol": 1e-8, "atol": 1e-10}
-OWN = (  # options that the fit sets
-    "args", "dense_output", "discrete", "error_estimate", "sensitivity", "t_eval", "checkpoint",
-    "callback", "on_interrupt",
-)  # fmt: skip
+OF_RECORDS, OF_FITS = "the records have it", "the fit sets it"
+OWN = {  # options that are none of a fit, and why
+    "args": OF_RECORDS, "t_eval": OF_RECORDS, "dense_output": OF_FITS, "sensitivity": OF_FITS,
+    "adjoint": OF_FITS, "on_interrupt": OF_FITS,
+    "error_estimate": "`solver_error` of the Fit tells the error of the solves",
+    "checkpoint": "a fit takes many solves", "callback": "a fit takes many solves",
+    "discrete": "states that only events change are not fitted; `events` may change the state, and "
+    "`solve_ivp` solves with `discrete`",
+}  # fmt: skip
+KNOWN = {*OPTIONS, "method", "events", "vectorized"} - OWN.keys()
 
 
 class Failed(Exception):
     """A motion that ends early, or whose numbers are not finite; the message says why."""
 
 
+OF_FIT = ("records", "starts", "max_nfev", "level", "differences", "progress")
+
+
 def options_of(options):
     """Options of the solves, with the defaults of a fit."""
     for name in OWN:
         if name in options:
-            raise TypeError(f"`{name}` is no option here: the fit sets it.")
+            raise TypeError(f"`{name}` is no option here: {OWN[name]}.")
+    refuse_unknown("`fit`", options, KNOWN, OF_FIT)
     check_kinds(options)
     given = {"method": "DOP853", "max_steps": MOST_STEPS, **options}
     method_named(given["method"])

@@ -6,8 +6,11 @@ likelihood's distance from that of a perfect model; a fit minimises the sum of a
 
 import numpy as np
 
+from .motion import Failed
+
 POISSON = "poisson"
-LEAST_MEAN = 1e-12  # of a count: below, and for a negative model, the logarithm is taken here
+LEAST_MEAN = 1e-12  # of a count: below, the logarithm is taken here
+NEGATIVE = 1e-6  # of the largest mean: solves are in error by less, a mean below is a wrong model
 NEAR = 1e-6  # relative distance of model and count, below which the root's slope is its limit
 
 
@@ -41,7 +44,11 @@ class Poisson:
     """Counts, each with the model as its mean: residuals are signed roots of the deviance."""
 
     def residuals(self, model, data):
-        """As of `Normal`."""
+        """As of `Normal`; Failed where the mean of a count is negative."""
+        if (model < -NEGATIVE * np.abs(model).max(initial=0.0)).any():
+            raise Failed(
+                f"the model of counts is negative, {model.min():.6g}, where a count has its mean"
+            )
         mean = np.maximum(model, LEAST_MEAN)
         d = mean - data
         logarithm = data * np.log(np.maximum(data, LEAST_MEAN) / mean)

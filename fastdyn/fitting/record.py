@@ -19,7 +19,7 @@ class Record:
     t : array_like, shape (n_times,)
         Times of the values, in any order.
     values : array_like, shape (n_series, n_times) or (n_times,)
-        NaN where a value is missing.
+        NaN, or masked, where a value is missing.
     y0 : array_like of numbers and Free, shape (n,); or Free of shape (n,)
         The state at `t0`.
     args : tuple
@@ -114,6 +114,8 @@ def _state(y0):
 
 def _floats(value, name):
     try:
+        if isinstance(value, np.ma.MaskedArray):  # a masked value is a missing one
+            value = np.ma.filled(value.astype(float), np.nan)
         found = np.array(value)
         if found.dtype.kind not in "fiu":
             found = np.array(value, float) if found.dtype.kind == "O" else np.array(None)

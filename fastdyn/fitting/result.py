@@ -9,7 +9,8 @@ import numpy as np
 from scipy.special import gammaincc, ndtri, stdtrit  # SciPy's `stats` takes a second to import
 
 from . import profile
-from .model import name_of, scaled
+from .descent import scaled
+from .model import name_of
 from .motion import Failed, Motion
 
 UNSEEN = 1e-4  # a direction that the data do not determine involves parameters with this share
@@ -19,6 +20,8 @@ LEAST_RTOL = 3e-14
 CHANGED = 1e-3  # relative change of the sum of squares that no rounding makes
 BETTER = 0.1  # a fall of the sum of squares that is another optimum, not rounding
 UNLIKELY = 1e-4  # p-value below which the values do not look like the model with its noise
+SHOWN = 6  # digits of a value
+AT_BOUND = 1e-3  # distance from a bound, in standard errors and in sizes of start and bounds
 ROUGH = 0.1  # standard deviations: an error of the solver above is reported
 
 
@@ -315,8 +318,17 @@ def table(fit):
     for name, value, error, (low, high) in zip(
         fit.names, fit.x, fit.errors, fit.intervals, strict=True
     ):
-        rows.append(f"{name:{width}}  {value:12.6g}  {error:9.2g}  {low:.6g} to {high:.6g}")
+        shown, *ends = (digits(each, error) for each in (value, low, high))
+        rows.append(f"{name:{width}}  {shown:>12}  {error:9.2g}  {' to '.join(ends)}")
     return "\n".join([head, *rows, *_remarks(fit)])
+
+
+def digits(value, error):
+    """A value with the digits that its error leaves, at least SHOWN; all of an exact value."""
+    if not (np.isfinite(value) and np.isfinite(error) and error > 0 and value):
+        return f"{value:.{SHOWN}g}"
+    known = int(np.floor(np.log10(abs(value)))) - int(np.floor(np.log10(error))) + 2
+    return f"{value:.{min(max(known, SHOWN), 17)}g}"
 
 
 def _remarks(fit):
@@ -357,5 +369,6 @@ def _remarks(fit):
 def _at_bounds(fit):
     """Whether each value is at its lower, its upper bound."""
     p = fit._model.parameters
-    near = 1e-3 * np.where(np.isfinite(fit.errors), fit.errors, 0.0)
+    bounds = [np.where(np.isfinite(each), np.abs(each), 0.0) for each in (p.low, p.high)]
+    near = AT_BOUND * np.minimum(fit.errors, np.maximum(np.abs(p.start), np.maximum(*bounds)))
     return fit.x - p.low <= near, p.high - fit.x <= near

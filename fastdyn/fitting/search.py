@@ -3,6 +3,8 @@
 import sys
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from fastdyn.plot.needed import needed
 
 from .descent import descend
@@ -77,7 +79,13 @@ def _said(model, end):
 
 def _of_start(model, x, reason):
     values = ", ".join(f"{n} = {v:g}" for n, v in zip(model.parameters.names, x, strict=True))
-    return ValueError(f"The fit cannot start at {values}: {reason}")
+    said = f"The fit cannot start at {values}: {reason}"
+    if not model.differences and np.isfinite(model.chi2(x)):
+        said += (
+            " The motion itself is solved there: `differences=True` takes differences of solves "
+            "instead of derivatives."
+        )
+    return ValueError(said)
 
 
 def _refined(model, start, max_nfev):

@@ -135,9 +135,41 @@ def test_a_wrong_fit(call, kind, said):
         call()
 
 
-def test_an_unknown_option_is_told_as_by_solve_ivp():
-    with pytest.warns(UserWarning, match="did you mean `rtol`"):
-        fit(decay, record(), rtoll=1e-6)
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        ("rtoll", "`fit` takes no `rtoll`; did you mean `rtol`"),
+        ("start", "did you mean `starts`"),
+        ("discrete", "states that only events change"),
+        ("callback", "a fit takes many solves"),
+    ],
+)
+def test_options_that_are_none_are_refused_before_the_first_solve(option, said):
+    def never(t, y, rate):
+        raise AssertionError
+
+    with pytest.raises(TypeError, match=said):
+        fit(never, record(), **{option: 1.0})
+
+
+def test_a_time_of_switching_is_fitted_by_differences():
+    def switched(t, y, begin):
+        return [1.0 * (t > begin) - 0.5 * y[0]]
+
+    values = np.where(T > 0.7, 2 - 2 * np.exp(-0.5 * (T - 0.7)), 0.0)
+    given = Record(T, values, [0.0], (Free(0.9),), 0.01)
+    with pytest.raises(ValueError, match=r"jumps at t = 0\.9.*`differences=True` takes"):
+        fit(switched, given, method="Tsit5")
+    found = fit(switched, given, method="Tsit5", differences=True)
+    assert np.isclose(found.x[0], 0.7, rtol=1e-6)
+
+
+def test_counts_whose_model_is_negative_do_not_start():
+    given = Record(T, [3, 2, 4, 3, 1], [Free(-1.0)], (0.0,), "poisson")
+    with pytest.raises(ValueError, match="the model of counts is negative, -1"):
+        fit(decay, given)
+    above = Record(T, [3, 2, 4, 3, 1], [Free(1.0)], (0.0,), "poisson")
+    assert np.isclose(fit(decay, above).x[0], 2.6, rtol=1e-6)
 
 
 def test_a_series_too_short_for_its_noise():

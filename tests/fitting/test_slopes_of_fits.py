@@ -5,7 +5,7 @@ import pytest
 
 from fastdyn import Free, Record
 from fastdyn.fitting.model import model_of
-from fastdyn.fitting.motion import options_of
+from fastdyn.fitting.motion import Failed, options_of
 from fastdyn.fitting.noise import Normal, Poisson
 from support.fits import tight
 
@@ -75,9 +75,11 @@ def test_the_slope_of_a_poisson_residual(data):
     assert np.allclose(information, mean**-0.5)
 
 
-def test_a_negative_mean_of_counts_is_finite_and_goes_up():
-    r, slope, _ = Poisson().residuals(np.array([-1.0, 0.0]), np.array([3.0, 3.0]))
-    assert np.isfinite(r).all() and (r < -5).all() and (slope > 0).all()
+def test_a_mean_of_counts_is_negative_by_the_error_of_a_solve_only():
+    r, slope, _ = Poisson().residuals(np.array([-1e-9, 0.0, 3.0]), np.full(3, 3.0))
+    assert np.isfinite(r).all() and (r[:2] < -5).all() and (slope > 0).all()
+    with pytest.raises(Failed, match="negative, -1,"):
+        Poisson().residuals(np.array([-1.0, 3.0]), np.array([3.0, 3.0]))
     r, _, _ = Normal(np.array([0.5])).residuals(np.array([2.0]), np.array([1.0]))
     assert r == [2.0]
 
