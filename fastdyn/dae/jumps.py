@@ -11,9 +11,9 @@ from .consistent import consistent
 
 def with_jumps(problem, change):
     """The problem with ``change(jump)`` in the place of each function that acts; None stays."""
-    of_events = tuple([act and change(act) for act in problem.on_event])
+    events = problem.events and [event.acting(change) for event in problem.events]
     schedules = [each._replace(jump=each.jump and change(each.jump)) for each in problem.schedules]
-    return problem._replace(on_event=of_events, schedules=tuple(schedules))
+    return problem._replace(events=events, schedules=tuple(schedules))
 
 
 def with_acting(problem, others):
@@ -21,7 +21,8 @@ def with_acting(problem, others):
 
     The jumps of `problem` run in Python.
     """
-    n, jumps = len(problem.events or ()), [*problem.on_event, *[s.jump for s in problem.schedules]]
+    events = problem.events or ()
+    n, jumps = len(events), [*[e.act for e in events], *[s.jump for s in problem.schedules]]
     if problem.checkpoint is not None and any(jump is not None for jump in jumps):
         raise ValueError(
             "`checkpoint` of `solve_dae` does not go with `on_event`, schedules that act, nor, at "

@@ -73,7 +73,7 @@ def problem_of_residual(given):
         options=with_observed(given.options, lambda t, both: both[:n]),
     )  # fmt: skip
     p = validate.problem(asked, BY_NAME[METHOD], RESIDUAL)
-    watched = p.events and [(event_of_vector(event, n), *how) for event, *how in p.events]
+    watched = p.events and [e.like(event_of_vector(e.function, n)) for e in p.events]
     return p._replace(
         fun=of_vector(given.F, n), y0=np.concatenate([given.y0, given.yp0]), events=watched,
         rtol=_twice(p.rtol), atol=_twice(p.atol),

@@ -23,7 +23,7 @@ def run_of(problem, held, breakpoints=None, longer=None):
     with budget.limited(0.0):
         near = off_the_solution(problem.y0)  # where code is compared with F
         plain = with_jumps(problem, lambda act: None)
-        bound, others = bind_functions(plain._replace(y0=near, on_event=()))
+        bound, others = bind_functions(plain._replace(y0=near))
     p = of_python_between(problem, bound, others)
     equations = Equations(p, bound, jacobian_of(p, bound, others))
     p = p._replace(y0=consistent(equations, p, held))

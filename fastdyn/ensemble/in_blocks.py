@@ -14,7 +14,6 @@ from fastdyn import __version__
 from fastdyn.compile.bind import bind, or_in_python
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.kernels.state.record import INTERRUPTED
-from fastdyn.problem.events import AS_GIVEN
 from fastdyn.problem.members import Shared
 from fastdyn.run import resume
 from fastdyn.run.checkpoint import fingerprint
@@ -77,7 +76,7 @@ def in_blocks(ensemble, client, store, block, threads, options):
     given = {
         "fun": p.fun, "t_span": (p.t0, p.tf), "method": p.method.name.removesuffix(ON_PAIRS),
         "t_eval": p.t_eval,
-        "events": p.events and [_marked(*event) for event in p.events], "reduce": e.wanted,
+        "events": p.events and [_as_given(event) for event in p.events], "reduce": e.wanted,
         "simd": e.vector is not None, "options": options,
     }  # fmt: skip
     job = Job(given, e.members.first, threads if client is None else threads or 1, header)
@@ -137,11 +136,9 @@ def description(ensemble, first):
     }
 
 
-def _marked(event, limit, direction):
-    """An event function that carries its attributes to another process."""
-    marked: Any = functools.partial(getattr(event, AS_GIVEN, event))
-    marked.terminal, marked.direction = limit, direction
-    return marked
+def _as_given(event):
+    """The Event of the state without the components that reductions add."""
+    return event.changed(function=event.origin or event.function, origin=None, act=None)
 
 
 def _packed(job):

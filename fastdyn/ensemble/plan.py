@@ -94,7 +94,7 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     problem = (
         _on_pairs(asked, ours, wanted) if complex_states else validate.problem(asked, ours, mode)
     )
-    acts = problem.on_event or any(each.jump is not None for each in problem.schedules)
+    acts = problem.acts or any(each.jump is not None for each in problem.schedules)
     begins_anew = not ours.error_order and (acts or problem.schedules)
     if acts or begins_anew:
         reductions.check_jumps(wanted)
@@ -210,7 +210,7 @@ def _vector_kernel(problem, members, wanted):
         of_method: Any = functools.partial(series_kernel, order, *given)
     else:
         of_method = functools.partial(kernel, p.method.name, *given, **of_mass)
-    events, folds = [event for event, _, _ in p.events or ()], reductions.folds(wanted)
+    events, folds = [event.function for event in p.events or ()], reductions.folds(wanted)
     others = [fold.of_state(members.n, reductions.n_copies(wanted)) for fold in folds]
     reason = ""
     if (events or others) and p.project is None:

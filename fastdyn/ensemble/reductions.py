@@ -157,7 +157,7 @@ def extended(problem, how, members):
         rtol = np.tile(np.broadcast_to(rtol, n) * share, times)
     atol = np.full(times * n, math.inf)
     atol[:n] = np.broadcast_to(problem.atol, n) * share
-    events = problem.events and [(of_own(e, n), *how) for e, *how in problem.events]
+    events = problem.events and [of_own(event, n) for event in problem.events]
     y0, mass = np.tile(problem.y0, times), problem.mass
     if mass is not None:
         mass = np.eye(times * n)

@@ -112,7 +112,7 @@ class Trajectories:
     def event_names(self):
         """Names of the event functions."""
         p = self._problem
-        names = [getattr(e, "__name__", None) for e, _, _ in p.events or ()]
+        names = [event.name for event in p.events or ()]
         names = in_order(names, p.schedules, ["schedule"] * len(p.schedules))
         return [name or f"event {i}" for i, name in enumerate(names)]
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from . import validate
 from .domains.options import listed_components
+from .events import Event
 from .lsoda import NAME as LSODA
 from .options.table import TOLERANCES, refused_among
 from .schedules import SHORTHANDS, Schedule, listed
@@ -104,7 +105,7 @@ def joined_rows(y0, discrete, n, m):
 
 def extended_events(events, on_event, n, m):
     """The events and the functions of `on_event`, as functions of the longer state."""
-    longer = [e if isinstance(e, Schedule) else extended_event(e, n) for e in events or ()]
+    longer = [extended_event(event, n) for event in events or ()]
     if callable(on_event):
         return longer, _jump(on_event, n, m)
     try:
@@ -196,14 +197,11 @@ def _name(longer, function):
 
 
 def extended_event(event, n):
-    if not callable(event):
+    """An event of (t, y, d, *args) as an Event of the longer state; a Schedule stays."""
+    if isinstance(event, Schedule) or not (callable(event) or isinstance(event, Event)):
         return event
-
-    watched = _of_parts(event, n)
-    for name in ("terminal", "direction"):
-        if hasattr(event, name):
-            setattr(watched, name, getattr(event, name))
-    return watched
+    event = Event.of(event)
+    return event.like(_of_parts(event.function, n))
 
 
 def _of_parts(function, n):

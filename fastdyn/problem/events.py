@@ -1,8 +1,8 @@
 """Events and the functions of `on_event`, checked; the functions that are called between steps."""
 
-import functools
+import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -12,23 +12,134 @@ from fastdyn.compile.sentences import warn
 from fastdyn.words.kinds import noted, shown
 from fastdyn.words.near import near_names, plain
 
-ATTRIBUTES = ("terminal", "direction")  # of an event, as in SciPy
+SCIPYS = ("terminal", "direction")  # attributes of an event in SciPy
+ATTRIBUTES = SCIPYS
 OTHER_ATTRIBUTES = {  # words of MATLAB and others
     "isterminal": "terminal", "terminate": "terminal", "terminates": "terminal", "stop": "terminal",
     "final": "terminal", "dir": "direction", "sign": "direction",
 }  # fmt: skip
-AS_GIVEN = "__fastdyn_event__"  # marks an event function of the first components of a longer state
 
 
-def event_list(events):
-    """Events as a list, each with its limit (0: not terminal) and direction."""
+@dataclasses.dataclass(frozen=True, slots=True)
+class Event:
+    """An event: a function whose zeros occur, the rules which of them count, and what they do.
+
+    `of` makes an Event of a user's function; every solver takes an Event in the place of the
+    function.  A rule is a field that `RULES` names, and a field of the record in compiled code.
+
+    Attributes
+    ----------
+    function : callable or None
+        Of (t, y, *args), perhaps a form of the user's function for a longer state; None where
+        compiled code stands for the function.
+    limit : int
+        The number of occurrences that ends the run; 0: none does.
+    direction : float
+        The sign of the crossings that count; 0 for both.
+    act : callable or None
+        The function of `on_event`.
+    origin : callable or None
+        The function of a shorter state, if `function` is a form of one (`of_own`).
+    asked : tuple
+        The attributes of the user's function, as `ATTRIBUTES` names them, when they were read.
+    """
+
+    function: Any
+    limit: int = 0
+    direction: float = 0.0
+    act: Any = None
+    origin: Any = None
+    asked: tuple = ()
+
+    @classmethod
+    def of(cls, given):
+        """The Event of a user's function or schedule; an Event stays."""
+        if isinstance(given, cls):
+            return given
+        _warn_of_attributes(given)
+        rules: Any = {name: read(given) for name, read in RULES.items()}
+        return cls(given, **rules, asked=asked_of(given))
+
+    def like(self, function):
+        """The event with another function: a form of its function for another state."""
+        return dataclasses.replace(self, function=function)
+
+    def form(self, function):
+        """The event with a form of its function for a longer state, which has the same name."""
+        for name in ("__name__", "__qualname__"):
+            setattr(function, name, getattr(self.function, name, "event"))
+        return self.changed(function=function, origin=self.function)
+
+    def changed(self, **fields):
+        """The event with other values of some fields."""
+        return dataclasses.replace(self, **fields)
+
+    def acting(self, change):
+        """The event with ``change(act)`` as its action; an event without action stays."""
+        return self if self.act is None else self.changed(act=change(self.act))
+
+    @property
+    def rules(self):
+        """The values of the rules, by their names."""
+        return {name: getattr(self, name) for name in RULES}
+
+    @property
+    def name(self):
+        """The name of the user's function; None without a name."""
+        return getattr(self.function, "__name__", None)
+
+
+def asked_of(event):
+    """The attributes of a user's event function, as `Event.asked`."""
+    if event.__class__ is Event:
+        return event.asked
+    return tuple([getattr(event, name, None) for name in ATTRIBUTES])
+
+
+def event_list(events) -> Any:
+    """Events as a list of Event; None for None."""
     if events is None:
         return None
-    checked = []
-    for event in (events,) if callable(events) else events:
-        _warn_of_attributes(event)
-        checked.append((event, _limit(event), _direction(event)))
-    return checked
+    given: Any = (events,) if callable(events) or isinstance(events, Event) else events
+    return [Event.of(event) for event in given]
+
+
+def for_scipy(events, args):
+    """Event functions of (t, y) alone, with the attributes that SciPy reads.
+
+    Raises
+    ------
+    ValueError
+        For a rule that SciPy does not have.
+    """
+    if events is None:
+        return None
+    found = []
+    for event in event_list(events):
+        for name, value in zip(ATTRIBUTES, event.asked, strict=True):
+            if value is not None and name not in SCIPYS:
+                raise ValueError(
+                    f"`{name}` of the event `{_name(event.function)}` is for fastdyn's methods, "
+                    f"and this solve is SciPy's, which has {' and '.join(SCIPYS)} alone: take a "
+                    "compiled method and a real state."
+                )
+        found.append(_with_args(event, args))
+    return found
+
+
+def _with_args(event, args):
+    """The function of an Event that SciPy calls."""
+    function = event.function
+    if not args and asked_of(function) == event.asked:
+        return function
+
+    def with_args(t, y):
+        return function(t, y, *args)
+
+    for name, value in zip(ATTRIBUTES, event.asked, strict=True):
+        if value is not None:
+            setattr(with_args, name, value)
+    return with_args
 
 
 def _limit(event):
@@ -64,6 +175,9 @@ def _direction(event):
     return number
 
 
+RULES: dict[str, Callable] = {"limit": _limit, "direction": _direction}  # by fields of Event
+
+
 def _name(event):
     return getattr(event, "__name__", type(event).__name__)
 
@@ -87,13 +201,13 @@ def _warn_of_attributes(event):
             )
 
 
-def acting(on_event, events) -> tuple[Any, tuple]:
-    """Checked events, and for each its function of `on_event` or None; () without `on_event`.
+def acting(on_event, events) -> Any:
+    """Checked events with their functions of `on_event`.
 
     ``terminal = True`` of an event that changes the state does not end the run; a number does.
     """
     if on_event is None:
-        return events, ()
+        return events
     if callable(on_event):
         jumps = (on_event,)
     elif isinstance(on_event, Iterable) and not isinstance(on_event, str):
@@ -111,16 +225,12 @@ def acting(on_event, events) -> tuple[Any, tuple]:
                 "`on_event` must be a function of (t, y) that returns a state, None, or a "
                 f"sequence of them; got {jump!r}."
             )
-    if not any(jumps):
-        return events, ()
-    return [_unless_true(*each) for each in zip(events, jumps, strict=True)], jumps
-
-
-def _unless_true(event, jump):
-    function, limit, direction = event
-    if jump is not None and isinstance(getattr(function, "terminal", None), bool | np.bool_):
-        limit = 0
-    return function, limit, direction
+    found = []
+    for event, jump in zip(events or (), jumps, strict=True):
+        unlimited = isinstance(event.asked[0], bool | np.bool_)  # `terminal`
+        limit = 0 if jump is not None and unlimited else event.limit
+        found.append(event.changed(act=jump, limit=limit))
+    return events and found
 
 
 def endless(tf, events, max_steps, schedules=()):
@@ -128,7 +238,7 @@ def endless(tf, events, max_steps, schedules=()):
     if (
         math.isinf(tf)
         and max_steps is None
-        and not (any(e[1] for e in events or ()) or any(each.limit for each in schedules))
+        and not any(each.limit for each in (*(events or ()), *schedules))
     ):
         raise ValueError(
             f"`t_span` ends at {tf} and nothing stops the run before: "
@@ -140,8 +250,9 @@ def between_steps(problem):
     """(function, mode) of the events, of `on_event`, the domain, the projection, the Jacobian."""
     p = problem
     event_mode = COMPLEX_EVENT if p.mode.complex_numbers else EVENT
-    functions = [(event, event_mode) for event, _, _ in p.events or ()]
-    jumps = [*p.on_event, *[each.jump for each in p.schedules]]
+    events = p.events or ()
+    functions = [(event.function, event_mode) for event in events]
+    jumps = [*[event.act for event in events], *[each.jump for each in p.schedules]]
     changes = SALTATION if p.mode.sensitivities else JUMP
     functions += [(jump, changes) for jump in jumps if jump is not None]
     if p.inside is not None:
@@ -154,14 +265,15 @@ def between_steps(problem):
 
 
 def of_own(event, n):
-    """An event function of the first n components of a longer state."""
-    while isinstance(event, functools.partial) and not event.args and not event.keywords:
-        event = event.func  # the event of a partial that only carries marks
+    """An Event as one of a longer state, whose first n components are the event's state."""
+    given: Any = event.function
 
     def watched(t, y, *args):
-        return event(t, y[:n], *args)
+        return given(t, y[:n], *args)
 
-    watched.__name__ = getattr(event, "__name__", "event")
-    watched.__qualname__ = getattr(event, "__qualname__", "event")
-    setattr(watched, AS_GIVEN, event)
-    return watched
+    return event.form(watched)
+
+
+def bare(events):
+    """Events without the user's functions, whose actions are only marked; None for None."""
+    return events and [e.changed(function=None, origin=None, act=e.act and True) for e in events]

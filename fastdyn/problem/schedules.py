@@ -189,7 +189,7 @@ def check_span(times, t0, tf):
 def listed(events, options):
     """The events as a list, followed by the schedules of `at` and `every`; None without any."""
     times, periods = [options.get(name) for name in SHORTHANDS]
-    if isinstance(events, Schedule) or callable(events):
+    if isinstance(events, Schedule | functions.Event) or callable(events):
         events = [events]
     found = _sequence(events)
     if times is None and periods is None:
@@ -211,7 +211,7 @@ def _sequence(events):
     if isinstance(events, str):
         found = [events]
     for event in found:
-        if not (callable(event) or isinstance(event, Schedule)):
+        if not (callable(event) or isinstance(event, Schedule | functions.Event)):
             raise TypeError(
                 "`events` must be a function of (t, y), or a sequence of functions; got "
                 f"{shown(event)}."
@@ -226,37 +226,34 @@ def refuse_schedules(events, advice):
             raise ValueError(f"{event!r} cannot stand among the events here; {advice}.")
 
 
-def divided(events, options, t0, tf) -> tuple[Any, tuple, tuple]:
-    """(event functions, their functions of `on_event`, Scheduled ones), all checked.
-
-    The event functions have the form of `events.event_list`; None without any event.
-    """
+def divided(events, options, t0, tf) -> tuple[Any, tuple]:
+    """(Events, Scheduled ones), all checked; None in place of the Events without any event."""
     found = listed(events, options)
-    checked, jumps = functions.acting(options.get("on_event"), functions.event_list(found))
-    if found is None or not any(isinstance(each, Schedule) for each in found):
-        return checked, jumps, ()
-    jumps = jumps or (None,) * len(found)
-    plain, acting, schedules = [], [], []
-    for place, ((event, limit, direction), jump) in enumerate(zip(checked, jumps, strict=True)):
-        if isinstance(event, Schedule):
-            schedules.append(Scheduled(place, *in_span(event, t0, tf), limit, jump))
+    checked = functions.acting(options.get("on_event"), functions.event_list(found))
+    if found is None:
+        return checked, ()
+    plain, schedules = [], []
+    for place, event in enumerate(checked):
+        given = event.function
+        if isinstance(given, Schedule):
+            schedules.append(Scheduled(place, *in_span(given, t0, tf), event.limit, event.act))
         else:
-            plain.append((event, limit, direction))
-            acting.append(jump)
-    return plain, tuple(acting) if any(acting) else (), tuple(schedules)
+            plain.append(event)
+    return plain, tuple(schedules)
 
 
 def checked(events, options, t0, tf):
     """The result of `divided`; ValueError for actions with a `callback`, and for an endless run."""
     if events is None and OF_EVENTS.isdisjoint(options):
         functions.endless(tf, None, options.get("max_steps"))
-        return None, (), ()
-    found, on_event, scheduled = divided(events, options, t0, tf)
-    if (on_event or scheduled) and options.get("callback") is not None:
-        said = "`on_event`" if on_event else "a schedule"
+        return None, ()
+    found, scheduled = divided(events, options, t0, tf)
+    acts = any(event.act for event in found or ())
+    if (acts or scheduled) and options.get("callback") is not None:
+        said = "`on_event`" if acts else "a schedule"
         raise ValueError(f"{said} and `callback` do not go together: a step may end in two states.")
     functions.endless(tf, found, options.get("max_steps"), scheduled)
-    return found, on_event, scheduled
+    return found, scheduled
 
 
 def segments(options, schedules, t0, tf, constant_steps):

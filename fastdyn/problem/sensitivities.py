@@ -301,16 +301,15 @@ def with_sensitivities(problem, directions):
         sizes = np.concatenate([abs(d.value).ravel() for d in directions])
         rtol, atol = tolerances.rtol, tolerances.atol(sizes)
     own = of_own if parts == 1 else _of_halves
-    events = p.events and [(own(event, n), *how) for event, *how in p.events]
 
     def longer(event, jump):
         return jump and Saltation(p.fun, event, jump, n, positions, m)
 
-    jumps = [longer(e[0], jump) for e, jump in zip(p.events or (), p.on_event, strict=False)]
+    events = p.events and [own(e, n).changed(act=longer(e.function, e.act)) for e in p.events]
     schedules = [each._replace(jump=longer(None, each.jump)) for each in p.schedules]
     return p._replace(
         fun=equations, mode=SENSITIVITIES, y0=y0, rtol=rtol, atol=atol, events=events, jac=None,
-        on_event=tuple(jumps), schedules=tuple(schedules),
+        schedules=tuple(schedules),
     )  # fmt: skip
 
 
@@ -333,15 +332,14 @@ def separated(numbers, n, parts):
 
 
 def _of_halves(event, n):
-    """An event function of [q, v] as one of the extended state, whose halves begin with q and v."""
+    """An Event of [q, v] as one of the extended state, whose halves begin with q and v."""
+    given: Any = event.function
 
     def watched(t, z, *args):
         half = len(z) // 2
-        return event(t, np.concatenate((z[:n], z[half : half + n])), *args)
+        return given(t, np.concatenate((z[:n], z[half : half + n])), *args)
 
-    watched.__name__ = getattr(event, "__name__", "event")
-    watched.__qualname__ = getattr(event, "__qualname__", "event")
-    return watched
+    return event.form(watched)
 
 
 def by_name(columns, directions):

@@ -1,7 +1,5 @@
 """A solve along switches: the longer state of a `switches.Hybrid`, and its events."""
 
-from typing import Any
-
 import numpy as np
 
 from fastdyn.compile.derivatives.switched import ADDED, parts
@@ -32,7 +30,7 @@ def longer(asked, of, chosen):
     distance = least + rtol.min() * size
     widths = WIDTH * least, WIDTH * rtol.min(), distance
     modes, fun, events, jumps = parts(of, chosen, widths, a.t0, a.y0)
-    own = [_own(event, n) for event in event_list(a.events) or ()]
+    own = [of_own(event, n) for event in event_list(a.events) or ()]
     m, span = len(modes), abs(a.tf - a.t0)
     options = extended_options(dict(a.options), None, n, ADDED * m)
     options["atol"][n + m : n + 2 * m] = distance
@@ -44,11 +42,3 @@ def longer(asked, of, chosen):
     return a._replace(
         fun=fun, y0=state, given_y0=state, events=[*own, *events], options=options, looked_up=False
     )
-
-
-def _own(event, n):
-    """A user's event as a function of the longer state."""
-    function, limit, direction = event
-    watched: Any = of_own(function, n)
-    watched.terminal, watched.direction = limit, direction
-    return watched

@@ -51,7 +51,6 @@ class Problem(NamedTuple):
     t_eval: np.ndarray | None
     dense_output: bool
     events: list | None
-    on_event: tuple
     args: tuple
     mode: Mode
     rtol: Any
@@ -78,6 +77,11 @@ class Problem(NamedTuple):
     nonnegative: Any = None  # n bools
     ends_at_switches: bool = True  # whether steps end where `fun` switches with the time
     differentiated: tuple = ()  # positions of arguments, from 1, by which a sweep differentiates
+
+    @property
+    def acts(self):
+        """Whether an event changes the state."""
+        return any(event.act is not None for event in self.events or ())
 
 
 def time_span(t_span):
@@ -275,7 +279,7 @@ def problem(asked, method, mode):
     span = abs(tf - t0)
     check_kinds(options)
     by_themselves = {} if CHECKED.isdisjoint(options) else checked_by_themselves(options)
-    events, on_event, scheduled = schedules.checked(asked.events, options, t0, tf)
+    events, scheduled = schedules.checked(asked.events, options, t0, tf)
     warn_unused(options, method)
     if method.error_order:
         rtol, atol = step_options.tolerances(
@@ -285,7 +289,7 @@ def problem(asked, method, mode):
         h_max, h = step_options.step_limits(options, span)
         if h_max is None:
             h_max = span * method.h_max_share
-        elif options.get("max_steps") is None and not any(limit for _, limit, _ in events or ()):
+        elif options.get("max_steps") is None and not any(e.limit for e in events or ()):
             step_options.never_ends(h_max, t0, tf)
     else:
         rtol, atol, h_max = 0.0, 0.0, math.inf
@@ -313,8 +317,7 @@ def problem(asked, method, mode):
         }  # fmt: skip
     found = Problem(
         fun=fun, t0=t0, tf=tf, y0=y0, method=method, t_eval=output_times(asked.t_eval, t0, tf),
-        dense_output=bool(asked.dense_output), events=events, on_event=on_event, args=asked.args,
-        mode=mode,
+        dense_output=bool(asked.dense_output), events=events, args=asked.args, mode=mode,
         rtol=rtol, atol=atol, h_max=h_max, h=h,
         segments=schedules.segments(options, scheduled, t0, tf, not method.error_order),
         project=project, schedules=scheduled, ends_at_switches=_ends_at_switches(asked, method),

@@ -69,11 +69,12 @@ def event_table(problem, others, order=None) -> Any:
     """
     events, blocks = problem.events or [], iter([address_of(bound.block) for bound in others])
     table: Any = np.zeros(len(events), EVENTS)
-    for i, (_, limit, direction) in enumerate(events):
-        row = table[i]
-        row["block"], row["limit"], row["direction"] = next(blocks), limit, direction
-    for i, jump in enumerate(problem.on_event):
-        table[i]["jump"] = 0 if jump is None else next(blocks)
+    for row, event in zip(table, events, strict=True):
+        row["block"] = next(blocks)
+        for name, value in event.rules.items():
+            row[name] = value
+    for row, event in zip(table, events, strict=True):
+        row["jump"] = 0 if event.act is None else next(blocks)
     if problem.method.series and events:
         table["series"] = series_of_events(problem, others[: len(events)], order)
         if table["series"].any():
@@ -85,7 +86,8 @@ def schedule_table(problem, others) -> Any:
     """SCHEDULES records before the start; `others` as `problem.events.between_steps`."""
     p = problem
     table: Any = np.zeros(len(p.schedules), SCHEDULES)
-    before = len(p.events or ()) + sum(jump is not None for jump in p.on_event)
+    events = p.events or ()
+    before = len(events) + sum(event.act is not None for event in events)
     blocks = iter([address_of(bound.block) for bound in others[before:]])
     for row, each in zip(table, p.schedules, strict=True):
         row["jump"] = 0 if each.jump is None else next(blocks)
@@ -100,14 +102,14 @@ def watch_of(problem):
     """The loop between the steps: the smallest that does what a problem asks for."""
     p = problem
     acts = p.project is not None or p.inside is not None or len(p.segments)
-    if acts or any(jump is not None for jump in p.on_event):
+    if acts or p.acts:
         return watch_kernel()
     return watch_events_kernel() if p.events else watch_plain_kernel()
 
 
 def jumps_at_once(problem):
     """The most points that a step stores at its end, after changes of the state."""
-    return bool(problem.on_event) + any(each.jump is not None for each in problem.schedules)
+    return problem.acts + any(each.jump is not None for each in problem.schedules)
 
 
 def fill(image, problem, n_extra):

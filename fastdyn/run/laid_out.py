@@ -87,7 +87,7 @@ class LaidOut(PythonBetween):
         self.memory: Any = None
         self.grown: Any = None
         self.snapshots: Any = None
-        self._asked = self._tolerances = self._limits = None
+        self._asked = self._tolerances = self._rules = None
         plan = self._plan(problem)
         self._image = np.zeros(plan.head, np.int64)
         self._advance, self._n_steps = plan.at["kernels.advance"], plan.at["n_steps"]
@@ -135,9 +135,9 @@ class LaidOut(PythonBetween):
         if tolerances is None or self._tolerances != tolerances:
             self._tolerances = tolerances
             fill_tolerances(self._image, self.plan, p)
-        limits = p.events and [each[1:] for each in p.events]
-        if limits and (self._limits != limits or p.method.series):
-            self._limits = limits
+        rules = p.events and [event.rules for event in p.events]
+        if rules and (self._rules != rules or p.method.series):
+            self._rules = rules
             self.plan.view(self._image, "events.table")[:] = event_table(p, self._between)
         if p.schedules:
             self.plan.view(self._image, "events.schedules")[:] = schedule_table(p, self._between)

@@ -305,5 +305,5 @@ def _action(s, problem):
     if place >= n:
         return f"`on_event` of event {p.schedules[place - n].place}, a schedule,"
     order = list(in_order(range(n), p.schedules, [None] * len(p.schedules)))
-    name = getattr(found[place][0], "__name__", "a function")
+    name = found[place].name or "a function"
     return f"`on_event` of event {order.index(place)}, `{name}`,"

@@ -29,14 +29,14 @@ def description(problem, functions):
     A dict in JSON's types; `functions` is the fingerprint of all functions of the problem.
     """
     p = problem
-    events = [(limit, direction) for _, limit, direction in p.events or ()]
+    events = [(event.rules, event.act is not None) for event in p.events or ()]
     times = b"" if p.t_eval is None else np.ascontiguousarray(p.t_eval, float).tobytes()
     return {
         "method": p.method.name,
         "span": [p.t0, p.tf],
         "tolerances and steps": repr((p.rtol, p.atol, p.h_max, p.h)),
         "output": [p.t_eval is None, bool(p.dense_output), hashlib.sha256(times).hexdigest()],
-        "events": repr((events, [jump is not None for jump in p.on_event])),
+        "events": repr(events),
         "breakpoints": hashlib.sha256(p.segments.tobytes()).hexdigest(),
         FUNCTIONS: functions,
         **({"schedules": repr([*map(_of_schedule, p.schedules)])} if p.schedules else {}),

@@ -155,8 +155,8 @@ def _place(problem, functions):
     ):
         return None
     place: list = [shape_of(p, False), p.differences, p.ends_at_switches]
-    if p.on_event:
-        place += [jump is None for jump in p.on_event]
+    if p.acts:
+        place += [event.act is None for event in p.events]
     for function in functions:
         if function.__class__ is not python.FunctionType:
             return None

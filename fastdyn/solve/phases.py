@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 from collections.abc import Callable, Hashable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from fastdyn.compile.python_callback import value_of
 from fastdyn.problem.arguments import checked
+from fastdyn.problem.events import Event
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.table import refused_among
 from fastdyn.problem.schedules import refuse_schedules
@@ -198,13 +198,8 @@ def _check(phases, method, events, max_phases, options):
 
 def _counted(event, n):
     """An event of the user that has occurred n times in earlier phases."""
-    terminal = getattr(event, "terminal", False)
-    if not terminal or n == 0:
-        return event
-    rest: Any = functools.partial(event)
-    rest.terminal = int(terminal) - n
-    rest.direction = getattr(event, "direction", 0)
-    return rest
+    event = Event.of(event)
+    return event.changed(limit=event.limit - n) if event.limit else event
 
 
 def _joined(segments, log, status, message, keep_start, n_events):

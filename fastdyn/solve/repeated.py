@@ -14,7 +14,7 @@ from fastdyn.compile.callables import is_jitted
 from fastdyn.compile.derivatives.sensitivities import decides
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.kernels.methods.taylor.accuracy import order_for
-from fastdyn.problem.events import AS_GIVEN, of_own
+from fastdyn.problem.events import Event, asked_of, bare, of_own
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.sensitivities import Tolerances, directions_of, with_sensitivities
 from fastdyn.run.ready import ReadyRun, Solver
@@ -43,6 +43,10 @@ def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, ar
         return None
     if found is None or args.__class__ is not tuple:
         return None
+    if others:
+        if found.asked != [asked_of(event) for event in others]:
+            return None
+        others = [each.function if isinstance(each, Event) else each for each in others]
     return found.solve(fun, y0, args, others or (), t_span, t_eval)
 
 
@@ -74,7 +78,7 @@ def _listed(events):
     """The event functions as a list or tuple, or None; TypeError for what can be read once."""
     if events is None:
         return None
-    if callable(events):
+    if callable(events) or events.__class__ is Event:
         return (events,)
     if events.__class__ is list or events.__class__ is tuple:
         return events
@@ -101,6 +105,8 @@ def _code(fun):
     kind = fun.__class__
     if kind is python.FunctionType or kind is python.MethodType or is_jitted(fun):
         return fun.__code__
+    if kind is Event:
+        return _code(fun.function)
     return _code(fun.func) if kind is functools.partial else kind.__call__.__code__
 
 
@@ -120,22 +126,26 @@ def _may_come_again(problem, options):
 
 
 class Repeated(Solver):
-    """Calls of one kind; `codes` are kept alive, because their ids are in the key."""
+    """Calls of one kind; `codes` are kept alive, because their ids are in the key.
+
+    `asked` are the attributes of the event functions, which later calls must have, too.
+    """
 
     make: Any = None  # in place of `outcome.results`
 
     def __init__(self, problem, options):
         super().__init__()
-        events = [event for event, *_ in problem.events or ()]
-        self.codes = [_code(f) for f in (problem.fun, *events)]
+        self.asked: list | None = None
+        self.codes = [_code(f) for f in (problem.fun, *_functions(problem))]
         self._options = options
 
     def ready(self, problem):
         p = self.problem = stripped(problem)
-        return self._ready(problem, in_time, p, self._alike if p.events else None)
+        return self._ready(problem, in_time, p, None)
 
     def _ready(self, problem, run_of, common, check):
         """A ReadyRun for a problem; `common` is the problem without the values of one call."""
+        self.asked = [event.asked for event in problem.events or ()]
         try:
             run = run_of(problem)
         except (GaveUp, Uncompilable):
@@ -143,7 +153,7 @@ class Repeated(Solver):
         if not run.is_plain() or (problem.mode.sensitivities and decides(run.bounds[0])):
             return []
         fun = problem.fun.fun if problem.mode.sensitivities else problem.fun
-        functions = fun, *[event for event, *_ in problem.events or ()]
+        functions = fun, *_functions(problem)
         if len(functions) < len(run.bounds):  # functions that act between steps
             return []
         sizes = _sizes(problem) if problem.method.series else None
@@ -158,7 +168,7 @@ class Repeated(Solver):
     def _with_events(self, others):
         """The problem with the event functions of one call."""
         p = self.problem
-        events = [(f, *how) for f, (_, *how) in zip(others, p.events, strict=True)]
+        events = [event.like(f) for f, event in zip(others, p.events, strict=True)]
         return p._replace(events=events)
 
     def goes_on(self, problem, run):
@@ -166,14 +176,6 @@ class Repeated(Solver):
 
     def ended(self, problem, run):
         notice(problem, run)
-
-    def _alike(self, ready, y0, args, events):
-        """Whether the attributes of events are those in the table of the run."""
-        for event, (_, limit, direction) in zip(events, self.problem.events, strict=True):
-            terminal = getattr(event, "terminal", None)
-            if (terminal or 0) != limit or getattr(event, "direction", 0) != direction:
-                return False
-        return True
 
 
 class WithAdjoint(Repeated):
@@ -222,11 +224,11 @@ class WithSensitivities(Repeated):
         self._sensitivity = sensitivity
 
     def solve(self, fun, y0, args, others=(), t_span=None, t_eval=None):
-        own = ()
+        own: Any = ()
         if others:
-            if not self.idle or not self._alike(None, y0, args, others):
+            if not self.idle:
                 return None
-            own = [of_own(event, len(self.problem.y0)) for event in others]
+            own = [of_own(Event(event), len(self.problem.y0)).function for event in others]
         whole = super().solve(fun, y0, args, own, t_span, t_eval)
         if whole is None:
             return None
@@ -251,9 +253,9 @@ class WithSensitivities(Repeated):
         return self._ready(longer, run_of, stripped(longer), check)
 
     def present(self, ready, fun, args, others):
-        given = [getattr(event, AS_GIVEN) for event in others]
-        p = super().present(ready, fun, args, given)
-        return with_sensitivities(p, directions_of(self._sensitivity, fun, p.y0, args))
+        p = super().present(ready, fun, args, others)
+        longer = with_sensitivities(p, directions_of(self._sensitivity, fun, p.y0, args))
+        return longer._replace(events=p.events)  # whose functions are those of the longer state
 
     def _take_sizes(self, ready, y0, args, events):
         """Take the tolerances of the sensitivities, which depend on values above 1."""
@@ -283,8 +285,13 @@ def stripped(problem):
     return p._replace(
         fun=fun, args=(), y0=np.zeros(len(p.y0)),
         t_eval=None if p.t_eval is None else p.t_eval.copy(),
-        events=p.events and [(None, *how) for _, *how in p.events],
+        events=bare(p.events),
     )  # fmt: skip
+
+
+def _functions(problem):
+    """The functions of the events of a problem."""
+    return [event.function for event in problem.events or ()]
 
 
 def _sizes(problem):

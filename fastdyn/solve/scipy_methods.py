@@ -11,7 +11,7 @@ from fastdyn.compile.sentences import CompileWarning, warn, warn_once
 from fastdyn.compile.traced.known import facts_of
 from fastdyn.compile.traced.make import Near
 from fastdyn.problem import step_options, validate
-from fastdyn.problem.events import between_steps, endless, event_list
+from fastdyn.problem.events import between_steps, endless, event_list, for_scipy
 from fastdyn.problem.jacobian import DIFFERENCES
 from fastdyn.problem.options.table import OPTIONS, refused_among, value_of
 from fastdyn.problem.schedules import refuse_schedules
@@ -94,7 +94,7 @@ def by_scipy(asked, method):
         step_options.tolerances(value_of(options, "rtol"), value_of(options, "atol"), y0)
         mode = COLUMN if vectorized else DERIVATIVE
         near = Near(t0, tf, y0)
-        others = [event for event, _, _ in event_list(events) or ()]
+        others = [event.function for event in event_list(events) or ()]
         others += [options["jac"]] if callable(options.get("jac")) else []
         derivative, vectorized = python_callable(fun, args, mode, near, others), False
         state = y0.copy()
@@ -104,7 +104,7 @@ def by_scipy(asked, method):
         derivative = _known_at_first(derivative, f0, state)
     if getattr(method, "compiles", False):  # a Stepper compiles `fun` itself
         derivative = fun if not args else lambda t, y: fun(t, y, *args)
-    events = _with_args(events, args)
+    events = for_scipy(events, args)
     jac = options.get("jac")
     if callable(jac) and args:
         options["jac"] = lambda t, y: jac(t, y, *args)
@@ -200,23 +200,6 @@ def _known_at_first(derivative, f0, state):
         return known.pop()
 
     return f
-
-
-def _with_args(events, args):
-    """Event functions of (t, y) alone, with the attributes of the user's functions."""
-    if events is None or not args:
-        return events
-    closed = []
-    for event in (events,) if callable(events) else events:
-
-        def with_args(t, y, event=event):
-            return event(t, y, *args)
-
-        for name in ("terminal", "direction"):
-            if hasattr(event, name):
-                setattr(with_args, name, getattr(event, name))
-        closed.append(with_args)
-    return closed
 
 
 def _not_finite(t0, y0, t_eval):

@@ -93,7 +93,7 @@ def at_events(problem, whole, directions):
     p, n, parts, found = problem, len(problem.y0), _parts(problem), []
     near = Near(p.t0, p.tf, p.y0)
     functions = in_order(
-        [event for event, *_ in p.events or ()], p.schedules, [None] * len(p.schedules)
+        [event.function for event in p.events or ()], p.schedules, [None] * len(p.schedules)
     )
     m = sum([d.size for d in directions])
     for event, t, z in zip(functions, whole["t_events"], whole["y_events"], strict=True):

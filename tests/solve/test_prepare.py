@@ -93,7 +93,7 @@ def solve_ivp_like(prepared):
     p = prepared._problem
     return solve_ivp(
         p.fun, (p.t0, p.tf), p.y0, t_eval=p.t_eval, dense_output=p.dense_output, args=p.args,
-        events=[event for event, *_ in p.events] if p.events else None,
+        events=[event.function for event in p.events] if p.events else None,
     )  # fmt: skip
 
 

@@ -97,10 +97,10 @@ def install(monkeypatch):
 
     def event_table(problem, others):
         table = without(problem, others)
-        for row, (event, _, _) in zip(table, problem.events, strict=True):
+        for row, event in zip(table, problem.events, strict=True):
             if problem.method.name != NAME:
                 continue
-            row["series"] = getattr(event, "series", 0)
+            row["series"] = getattr(event.function, "series", 0)
             row["find"] = all_roots_kernel().address
         return table
 

@@ -1,15 +1,16 @@
 """Ensembles of equations whose index is reduced: the motion of the reduced states."""
 
 import functools
-from typing import Any
 
 import numpy as np
 
 from fastdyn.ensemble import plan
+from fastdyn.problem.events import Event
 from fastdyn.problem.members import Shared
 from fastdyn.problem.options.table import TOLERANCES
 from fastdyn.problem.schedules import listed
 
+from ..functions import named
 from ..problem import held_components
 from ..reduced.events import watched
 from ..reduced.history import decisions
@@ -110,15 +111,12 @@ def with_arguments(function, slots):
 
 
 def _event(event, reduction, asked, slots):
-    found: Any = watched(event, reduction, asked, [])
+    found = watched(event, reduction, asked, [])
+    if not isinstance(found, Event):
+        return found
     n = len(reduction.system.states)
 
     def of_state(t, z, p, *args):
-        return found(t, z[:n], p, *args)
+        return found.function(t, z[:n], p, *args)
 
-    made = with_arguments(of_state, slots)
-    made.__name__ = getattr(event, "__name__", made.__name__)
-    for name in ("terminal", "direction"):
-        if hasattr(event, name):
-            setattr(made, name, getattr(event, name))
-    return made
+    return found.like(named(with_arguments(of_state, slots), found.function))

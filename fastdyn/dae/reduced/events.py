@@ -5,12 +5,13 @@ needs no forces, which a system of equations determines.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from fastdyn.compile.mode import EVENT
 from fastdyn.compile.traced.make import Near, traced_function
+from fastdyn.problem.events import Event
 from fastdyn.problem.schedules import Schedule
 from fastdyn.trace.graph.expressions import live
 
@@ -26,12 +27,14 @@ class Asked(NamedTuple):
 
 
 def watched(event, reduction, given, asked):
-    """The event of the reduced state for an event of y; a Schedule stays.
+    """The Event of the reduced state for an event of y; a Schedule stays.
 
     An Asked is appended to the list `asked`.
     """
-    if isinstance(event, Schedule) or not callable(event):
+    if isinstance(event, Schedule) or not (callable(event) or isinstance(event, Event)):
         return event
+    own = Event.of(event)
+    event = own.function
     system = reduction.system
     states = {k for k in range(given.n) if _place(system.given, k) in places(system)}
     used = _used(event, given)
@@ -40,12 +43,8 @@ def watched(event, reduction, given, asked):
     def of_state(t, x, p, *args):
         return event(t, np.array(components(t, x, p)), *args)
 
-    found: Any = named(of_state, event)
     asked.append(Asked(used - states, lambda: _used(event, given) - states))
-    for name in ("terminal", "direction"):
-        if hasattr(event, name):
-            setattr(found, name, getattr(event, name))
-    return found
+    return own.like(named(of_state, event))
 
 
 def check_still(asked):

@@ -120,7 +120,7 @@ def _problem(reduction, given, z, method, held, kinks, actions, asked):
 
 def _solved(problem):
     """The OdeResult of a problem; functions that act run in Python."""
-    plain = with_jumps(problem, lambda act: None)._replace(on_event=())
+    plain = with_jumps(problem, lambda act: None)
 
     def solve():
         with contextlib.ExitStack() as limits:
@@ -134,7 +134,7 @@ def _solved(problem):
 
     if problem.t0 == problem.tf:
         return _of_no_time(problem)
-    acts = any(problem.on_event) or any(each.jump for each in problem.schedules)
+    acts = problem.acts or any(each.jump for each in problem.schedules)
     return or_in_python(solve) if acts else solve_problem(problem)
 
 

@@ -130,7 +130,7 @@ class ReducedTangent:
             y0=joined(p.y0, self.start(p.t0, z), 1), project=project, jac=None,
             args=(varied, *p.args),
             events=p.events and [
-                (_own_part(_varied(event, slots), n), *how) for event, *how in p.events
+                event.like(_own_part(_varied(event.function, slots), n)) for event in p.events
             ],
         )  # fmt: skip
         try:

@@ -5,6 +5,7 @@ algorithms for sensitivity analysis of large-scale differential algebraic system
 Math. 125 (2000).
 """
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -53,24 +54,21 @@ class Tangent:
             rtol=np.tile(np.broadcast_to(tolerances.rtol, n * (1 + m)), 2),
             atol=np.tile(tolerances.atol(sizes), 2),
         )  # fmt: skip
-        plain = with_jumps(longer, lambda act: None)._replace(on_event=())
+        plain = with_jumps(longer, lambda act: None)
         self.bound, self.others = bind_functions(plain)
         self.problem = self._acting(longer._replace(y0=self._start()))
 
     def _acting(self, problem):
         """The longer problem, with functions that act on [y, S, y', S']."""
         p: Any = problem
-        of_events = tuple(
-            [
-                act and Acting(self, self._problem, event[0], act)
-                for event, act in zip(p.events or (), p.on_event, strict=False)
-            ]
-        )
+        events = p.events and [
+            e.acting(functools.partial(Acting, self, self._problem, e.function)) for e in p.events
+        ]
         schedules = [
             each._replace(jump=each.jump and Acting(self, self._problem, None, each.jump))
             for each in p.schedules
         ]
-        return p._replace(on_event=of_events, schedules=tuple(schedules))
+        return p._replace(events=events, schedules=tuple(schedules))
 
     def consistent(self, t, start):
         """The consistent [y, y'] at a time, whose differential components hold."""

@@ -115,7 +115,7 @@ def _at_events(asked, problem, times, parts):
     p, n, found = problem, asked.n, []
     near = Near(asked.t0, asked.tf, asked.y0)
     functions = in_order(
-        [event for event, *_ in p.events or ()], p.schedules, [None] * len(p.schedules)
+        [event.function for event in p.events or ()], p.schedules, [None] * len(p.schedules)
     )
     for event, t, (z, zp) in zip(functions, times, parts, strict=True):
         y, rate, s = z[:, :n].T, zp[:, :n].T, np.moveaxis(z[:, n:].reshape(len(t), n, -1), 0, -1)

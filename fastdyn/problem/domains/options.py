@@ -84,10 +84,15 @@ def kept_inside(problem, options):
         p = p._replace(
             nonnegative=listed, project=clipped(listed),
             inside=None if p.inside is None else of_clipped(p.inside, listed),
-            events=p.events and [(of_clipped(e, listed), *rest) for e, *rest in p.events],
-            on_event=tuple([j and of_clipped(j, listed) for j in p.on_event]),
+            events=p.events and [_of_clipped(event, listed) for event in p.events],
         )  # fmt: skip
     return p._replace(fun=fun, jac=jac, mode=DERIVATIVE)
+
+
+def _of_clipped(event, listed):
+    """An Event whose functions are called with 0 for negative components among those listed."""
+    acting = event.acting(lambda act: of_clipped(act, listed))
+    return acting.like(of_clipped(event.function, listed))
 
 
 def check_start(problem):

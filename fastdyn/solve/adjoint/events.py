@@ -9,6 +9,7 @@ from fastdyn.compile.derivatives.vjp import frozen
 from fastdyn.compile.function_convention import call, code_at
 from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.make import Near
+from fastdyn.problem.events import bare
 from fastdyn.problem.schedules import in_order
 from fastdyn.problem.sensitivities import Saltation
 
@@ -53,11 +54,11 @@ def of_events(problem, run, positions):
         If an event or its action has no trace, or a derivative is missing.
     """
     p, n = problem, len(problem.y0)
-    functions, near = [event for event, *_ in p.events or ()], Near(p.t0, p.tf, p.y0)
-    if not (functions or p.schedules):
+    events, near = p.events or (), Near(p.t0, p.tf, p.y0)
+    if not (events or p.schedules):
         return NO_EVENTS
-    jumps = [*(p.on_event or [None] * len(functions)), *[each.jump for each in p.schedules]]
-    functions += [None] * len(p.schedules)
+    jumps = [*[event.act for event in events], *[each.jump for each in p.schedules]]
+    functions = [*[event.function for event in events], *[None] * len(p.schedules)]
     acting, passive = [], []
     for event, jump in zip(functions, jumps, strict=True):
         given = Saltation(p.fun, event, jump, n, (), 0)
@@ -88,8 +89,7 @@ def without_functions(problem):
         return each._replace(jump=each.jump and True)
 
     return p._replace(
-        fun=None, args=(), events=p.events and [(None, *how) for _, *how in p.events],
-        on_event=tuple([jump and True for jump in p.on_event]),
+        fun=None, args=(), events=bare(p.events),
         schedules=tuple([marks(each) for each in p.schedules]),
     )  # fmt: skip
 
