@@ -1,5 +1,6 @@
 """Initial states and parameters of many solves, one row each."""
 
+import functools
 import math
 from typing import Any
 
@@ -7,13 +8,19 @@ import numpy as np
 
 from fastdyn.compile.bind import bind, bind_matrix
 from fastdyn.compile.derivatives.sensitivities import bind_saltation, bind_variational
+from fastdyn.compile.fingerprint import Constant
 from fastdyn.compile.functions import with_callback
 from fastdyn.compile.parameters import FLOAT, pack
 from fastdyn.compile.python_callback import Callback
+from fastdyn.compile.sentences import warn_once
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FIRST, RAISED_WORD
 
 from .validate import initial_state
+
+LARGEST_WHOLE = 2.0**53  # up to here, floats hold all whole numbers
+KINDS = {"f": float, "i": int, "b": bool}  # of the numbers of one trajectory
+OF_CODE = "an argument that differs between trajectories is True or False, part of Numba's code"
 
 
 class Shared:
@@ -41,6 +48,11 @@ def _column(j, value):
             f"`args[{j}]` must be a number or a 1-D array of numbers, one a trajectory; it has "
             f"shape {array.shape} and dtype {array.dtype}. Wrap what all share in `Shared`; give "
             "real and imaginary parts of complex numbers as two arguments."
+        )
+    if array.dtype.kind in "iu" and (abs(array.astype(float)) > LARGEST_WHOLE).any():
+        raise ValueError(
+            f"`args[{j}]` has whole numbers beyond 2**53 that differ between trajectories: floats "
+            "do not hold them."
         )
     if array.dtype.kind == "u":
         array = array.astype(np.int64)
@@ -157,17 +169,19 @@ class Members:
         if not callable(fun):
             return bind_matrix(fun), []
         bound = self.bound(fun, self.first, mode, n, near, probe)
-        if bound.function is None:
+        held = [bound.values[bound.at[j]][0] for j in self.varying] if bound.function else []
+        if bound.function is None or any(isinstance(kind, Constant) for kind in held):
             if probe is not None:
                 probe()
             announce = bound.callback and bound.callback.announce
+            if bound.function is not None:  # Numba's code holds the first trajectory's truth value
+                announce = functools.partial(warn_once, fun, OF_CODE)
             return self._in_python(fun, mode, n, announce), [
                 (FIRST + column, column) for column in range(len(self.varying))
             ]
-        kinds = [bound.values[bound.at[j]][0] for j in self.varying]
-        n = len(kinds)  # columns of `words`; behind them are the same numbers as floats
+        n = len(held)  # columns of `words`; behind them are the same numbers as floats
         return bound, [
-            (bound.word(j), column + n if kinds[column] == FLOAT else column)
+            (bound.word(j), column + n if held[column] == FLOAT else column)
             for column, j in enumerate(self.varying)
         ]
 
@@ -208,7 +222,8 @@ class Members:
         def called(t, y):
             given = list(self.first)
             for at, (j, column) in enumerate(self.varying.items(), FIRST):
-                given[j] = float(floats[at]) if column.dtype == float else int(block[at])
+                kind = KINDS[column.dtype.kind]
+                given[j] = kind(floats[at] if kind is float else block[at])
             try:
                 return fun(t, y, *given)
             except Exception:

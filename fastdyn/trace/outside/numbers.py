@@ -16,9 +16,11 @@ SMALL = 16  # a longer list of floats is one array of parameters
 
 
 def number(graph, slot, value):
-    """The symbol of a parameter that is now a float or a whole number."""
+    """The symbol of a parameter that is now a float, a whole number, or a truth value."""
     kind = "f" if isinstance(value, float | np.floating) else "i"
     node = graph.make("par", (), slot)
+    if type(value) is bool:
+        return symbol(graph, Symbol(graph, node.key, "i", True) != 0)
     return Symbol(graph, node.key, kind, type(value) in (int, float))
 
 

@@ -103,7 +103,7 @@ class Outside:
         if row not in (None, STABLE):
             reads.objects.setdefault(row, value)
         builtin = kind.__module__ in OF_LIBRARIES
-        if kind is int or kind is float or kind is np.float64:
+        if kind is int or kind is float or kind is np.float64 or (kind is bool and self._vary(row)):
             return self._number(value, row)
         if builtin and isinstance(value, complex | np.complexfloating) and not self.fixed(row):
             reads.expect(row, "number", kind)
@@ -122,6 +122,10 @@ class Outside:
         else:
             reads.alias(row, first)
         return new
+
+    def _vary(self, row):
+        """Whether a truth value differs between trajectories; else it is part of the code."""
+        return row not in (None, STABLE) and self.reads.varies(row) and not self.fixed(row)
 
     def _number(self, value, row):
         whole = type(value) is int
