@@ -1,6 +1,7 @@
 """NumPy's functions that make, move, choose and reduce the elements of arrays."""
 
 import functools
+import math
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,8 @@ STRUCTURE = {  # functions that only move elements: NumPy's own functions run on
     np.diagonal, np.rollaxis, np.copy, np.delete, np.resize, np.dsplit,
     np.broadcast_arrays,
 }  # fmt: skip
+# sin(u) / u in powers of u²: the next term is below half a rounding for |u| < 1
+SINC = [(-1) ** k / math.factorial(2 * k + 1) for k in range(10)][::-1]
 MAKERS = {np.zeros, np.ones, np.empty, np.eye, np.identity, np.linspace, np.full, np.arange, np.tri,
           np.logspace, np.geomspace}  # fmt: skip
 TYPED = {
@@ -313,6 +316,18 @@ def rounded(a, decimals=0, out=None):
     return stored(s if s.kind == "i" and decimals >= 0 else to_decimals(s, decimals), out)
 
 
+def sinc(x):
+    """np.sinc; near zero by its series: from the quotient 0 / 0 no Taylor series follows."""
+    s = symbol(graph_of(x), x)
+    if s.kind == "c":
+        refuse("np.sinc of a complex number")
+    u = math.pi * s
+    near = abs(u) < 1.0
+    square, away = u * u, selected(near, 1.0, u)
+    series = functools.reduce(lambda found, c: found * square + c, SINC)
+    return selected(near, series, np.sin(away) / away)
+
+
 class Joined:
     """np.r_ and np.c_."""
 
@@ -356,6 +371,7 @@ FUNCTIONS: dict[Any, Any] = {
     np.isscalar: lambda a: type(a) is Symbol and not a.many,
     np.empty_like: empty_like, np.linspace: spaced, np.arange: evenly,
     np.insert: inserted, np.copyto: copied,
+    np.sinc: sinc,
     np.fromiter: lambda values, dtype=None, count=-1: typed(np.array)(list(values), dtype),
 }  # fmt: skip
 
