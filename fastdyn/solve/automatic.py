@@ -14,7 +14,7 @@ from fastdyn.problem.domains import options as domains
 from fastdyn.problem.options.table import TOLERANCES, refused_among, value_of
 from fastdyn.problem.switched import longer
 from fastdyn.run.loop import Raised
-from fastdyn.run.stiffness import Sliding, Stiff, automatic, given_up
+from fastdyn.run.stiffness import FEW, Sliding, Stiff, automatic, given_up
 from fastdyn.specialise.series import NoSeries, large_refused
 
 from .discrete import parted
@@ -49,6 +49,9 @@ def solved(asked):
 def _chosen(asked, slides):
     if refused_among(asked.options, "again"):
         return _explicit(asked)
+    if asked.options.get("mass") is not None:
+        name = "Rodas5P" if len(asked.y0) <= FEW and asked.y0.dtype.kind != "c" else "Radau"
+        return _named(solved_by(asked, name), name, "`mass` is for implicit methods.")
     try:
         with given_up(slides and asked.adjoint is None):
             result = _explicit(asked)

@@ -265,3 +265,18 @@ def test_no_sentence_recommends_what_was_taken_already():
         with pytest.warns(StiffnessWarning) as heard:
             solve_ivp(slides, (0, 2), [0.5, 0.0], method=method, callback=lambda solver: None)
         assert words in str(heard[0].message)
+
+
+@pytest.mark.parametrize(("n", "method"), [(2, "Rodas5P"), (40, "Radau")])
+def test_a_mass_matrix_goes_to_an_implicit_method(n, method):
+    """y0' = -y0 and 0 = y0 - y_i."""
+    mass = np.zeros((n, n))
+    mass[0, 0] = 1.0
+
+    def fun(t, y):
+        return np.append(-y[0], y[0] - y[1:])
+
+    given = {"mass": mass, "rtol": 1e-7, "atol": 1e-9}
+    run = solve_ivp(fun, (0, 1), np.ones(n), "auto", **given)
+    assert run.method == method and "mass" in run.reason
+    assert np.allclose(run.y[:, -1], np.exp(-1.0), rtol=1e-5)
