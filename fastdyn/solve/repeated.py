@@ -235,7 +235,7 @@ class WithSensitivities(Repeated):
         result = parted(whole, len(self.problem.y0), self._directions)
         if others:
             p = self._with_events(others)
-            t0, tf = t_span or (p.t0, p.tf)
+            t0, tf = (p.t0, p.tf) if t_span is None else map(float, t_span)
             p = p._replace(fun=fun, t0=t0, tf=tf, y0=np.array(y0, float), args=args)
             result["event_sensitivity"] = at_events(p, whole, self._directions)
         return result

@@ -245,3 +245,20 @@ def test_long_solves_and_failures():
     warm(solve_ivp, blow_up, (0.0, 1.0), [0.5])
     for y0, end in (([0.5], 1.0), ([2.0], 1.0), ([0.5], 3.0), ([0.25], 1.0)):
         assert_same(plain(blow_up, (0.0, end), y0), solve_ivp(blow_up, (0.0, end), y0))
+
+
+def test_an_array_of_start_and_end_with_sensitivities_and_events():
+    """From the third equal call on, a ready run takes the span, and the events their times."""
+
+    def decay(t, y, k):
+        return [-k * y[0]]
+
+    def half(t, y, k):
+        return y[0] - 0.5
+
+    span = np.array([0.0, 3.0])
+    for _ in range(5):
+        given = {"args": (0.5,), "sensitivity": "args[0]", "events": half, "rtol": 1e-8}
+        run = solve_ivp(decay, span, [1.0], **given)
+        moved = run.event_sensitivity[0].t["k"]
+        assert np.isclose(moved[0], -np.log(2) / 0.25, rtol=1e-5)
