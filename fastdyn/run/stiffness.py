@@ -39,6 +39,14 @@ ITERATIONS, SIZE = 40, 1e-6  # iterations of the power method; size of its displ
 DAMPED = 0.25  # loss of an oscillation in a radian
 ALIKE = 1e-3  # vectors that differ by less count as parallel
 
+ACCUMULATED = 1e-8  # share of a run in which its last switchings, at several switches, lie
+TWISTS = (
+    " At t = {:.6g} the solution comes to a point on {} switches of `fun` at once, ever faster "
+    "from one to the next (as with a twisting controller: second-order sliding), and no method "
+    "here goes on from there: end the solve by a terminal event before, or make the passages "
+    "smooth, tanh(v / w) for sign(v), say."
+)
+
 _gives_up = contextvars.ContextVar("gives up", default="")
 _automatic = contextvars.ContextVar("automatic", default=False)
 
@@ -149,9 +157,12 @@ def _slides(t):
 
 def of_failure(problem, run):
     """A sentence for a run that failed on a switch, or by stability; else ""."""
-    t, _, _, chosen = switches_of(run)
+    t, y, of, chosen = switches_of(run)
     if chosen:
         return f" {_slides(t)}"
+    met = [] if of is None else of.reached(t, y, ACCUMULATED * abs(t - problem.t0))
+    if len(met) > 1:
+        return TWISTS.format(t, len(met))
     bound, n_steps = run.bounds[0], counters(run.memory)[0]
     if not problem.method.stable_to or bound.function is None or bound.pair or n_steps < FEWEST:
         return ""

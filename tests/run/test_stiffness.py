@@ -90,3 +90,15 @@ def test_others_are_not():
             fastdyn.solve_ivp(lorenz, (0, 500), [1.0, 1.0, 1.0], "Taylor", rtol=rtol)
             fastdyn.solve_ivp(decay, (0, 9000), [1.0], "Taylor", args=(1.0,), rtol=rtol)
         fastdyn.solve_ivp(decay, (0, 20), [1.0], "BDF", args=(1e3,))
+
+
+def test_a_twisting_controller_is_named():
+    """The switchings accumulate at t = 3.64, at the origin, as a geometric series."""
+
+    def twisting(t, y):
+        return [y[1], -3 * np.sign(y[0]) - 1.5 * np.sign(y[1])]
+
+    run = fastdyn.solve_ivp(twisting, (0, 10), [1.0, 0.0], "Taylor")
+    assert run.status == -1 and "a point on 2 switches of `fun` at once" in run.message
+    once = fastdyn.solve_ivp(lambda t, y: [y[0] ** 2 + np.sign(y[0])], (0, 10), [1.0], "Taylor")
+    assert once.status == -1 and "switches" not in once.message

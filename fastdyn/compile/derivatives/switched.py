@@ -67,15 +67,25 @@ class Switched:
 
         `h` is the length of steps; steps across a switch end at about this distance.
         """
-        if not self.all or self.given() is None:
-            return []
-        nodes = [x for s in self.all for x in (s.difference, s.size, *s.rates)]
-        found = self.values(nodes, t, y).reshape(-1, 4)
         return [
-            k for k, (d, size, up, down) in enumerate(found)
+            k for k, (d, size, up, down) in enumerate(self._distances(t, y))
             if up <= 0.0 <= down and up < down
             and abs(d) <= STEPS * h * max(-up, down) + ROUNDING * size
         ]  # fmt: skip
+
+    def reached(self, t, y, within):
+        """The indices of the switches that a solution meets within a time, at its present rate."""
+        return [
+            k for k, (d, size, up, down) in enumerate(self._distances(t, y))
+            if abs(d) <= within * max(abs(up), abs(down)) + ROUNDING * size
+        ]  # fmt: skip
+
+    def _distances(self, t, y):
+        """Of each switch: the difference, its size, its rates on both sides."""
+        if not self.all or self.given() is None:
+            return np.empty((0, 4))
+        nodes = [x for s in self.all for x in (s.difference, s.size, *s.rates)]
+        return self.values(nodes, t, y).reshape(-1, 4)
 
 
 def has_switches(function):
