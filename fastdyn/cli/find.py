@@ -24,6 +24,22 @@ def systems(arguments):
     return SYSTEMS
 
 
+def any_system(word):
+    """The system that a word names: of the course, derived, of a file; None for FILE:FUNCTION.
+
+    Raises ValueError for a name that is not known.
+    """
+    from fastdyn.explore import sources
+
+    if ".py" not in word:
+        return sources.named(word).make
+    path, _, name = word.partition(".py:")
+    if name and callable(made := runpy.run_path(f"{path}.py").get(name)):
+        if not inspect.isclass(made) and not hasattr(made, "derive"):
+            return None
+    return in_file(word)
+
+
 def in_file(word):
     """
     The one system that a Python file makes: a `System`, or a `Model`.

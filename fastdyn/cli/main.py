@@ -11,7 +11,7 @@ from typing import NoReturn
 from fastdyn import __version__
 from fastdyn.words.near import did_you_mean
 
-from . import beforehand, check, checks, commands, explore, find, run, sweep, why
+from . import beforehand, check, checks, commands, explore, export, find, run, sweep, why
 
 
 def main(arguments=None):
@@ -134,6 +134,10 @@ def _parser(systems):
     page = _word(words, "explore", "a page with sliders, in the browser")
     explore.add_options(page)
     page.set_defaults(command=explore.run)
+
+    source = _word(words, "export", "equations of motion in C or in JavaScript")
+    export.add_options(source)
+    source.set_defaults(command=export.run)
 
     listing = _word(words, "list", "systems and their parameters")
     listing.set_defaults(command=commands.list_systems)

@@ -1,19 +1,14 @@
 """The command ``fastdyn why FILE:FUNCTION``: how a function is compiled, and what prevents it."""
 
-import argparse
 import ast
-import contextlib
 import inspect
 import linecache
 import os
 import re
-import sys
 import textwrap
 import warnings
-from pathlib import Path
 
 import llvmlite.binding as llvm
-import numpy as np
 
 from fastdyn.code_store.target import optimise, processor, target
 from fastdyn.compile.bind import bind
@@ -24,9 +19,8 @@ from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.methods import METHODS
 from fastdyn.trace.graph.expressions import live
 
-from . import checks
+from . import checks, functions
 
-LONGEST = 32  # components of a state that are tried where `--y0` is not given
 ORDER = 13  # of the Taylor series that is asked for
 PLACE = re.compile(r" \((?P<file>[^()]+), line (?P<line>\d+)\)$")
 DECIDES = "it decides too often", "it decides in too many ways"  # and so at each of its branches
@@ -38,14 +32,7 @@ def add_options(parser):
     parser.add_argument("function", metavar="FILE:FUNCTION",
                         help="fun(t, y, *args), in a file, which is run, but for what stands below "
                         "`if __name__ == '__main__':`; or METHOD, see `--show`")  # fmt: skip
-    parser.add_argument("--t", type=checks.number, default=0.0, metavar="T", help="default 0")
-    state = parser.add_mutually_exclusive_group()
-    state.add_argument("--y0", type=_numbers, metavar="Y0",
-                       help="the state, 1,0; if absent, lengths are tried")  # fmt: skip
-    state.add_argument("--n", type=checks.whole(1, checks.MOST_POINTS), metavar="N",
-                       help="a state of N components, from 1 to 2")  # fmt: skip
-    parser.add_argument("--args", type=_literals, default=(), metavar="ARGS",
-                        help="the arguments after t and y, 0.2 or 0.2,[1,2]")  # fmt: skip
+    functions.add_state(parser)
     parser.add_argument("--show", choices=("llvm", "assembly", "kernel"),
                         help="print the machine code of a traced function, or the step of a "
                         "method, `why --show kernel RK45`")  # fmt: skip
@@ -54,10 +41,10 @@ def add_options(parser):
 def run(options):
     """Print how a function is compiled; 1 if it stays in Python."""
     if options.show == "kernel":
-        print(_kernel(_in_a_sentence(checks.method, options.function)))
+        print(_kernel(functions.in_a_sentence(checks.method, options.function)))
         return 0
-    function, name = _function(options.function)
-    y0 = _state(function, options)
+    function, name = functions.named(options.function)
+    y0 = functions.state(function, options)
     bound, warned = _bound(function, options.args, options.t, y0)
     asked = function, options.args, DERIVATIVE, len(y0)
     refused = facts_of(*asked).refusal
@@ -96,74 +83,6 @@ def _size(traced):
     if traced.in_batches:
         return f"{len(traced.program.order)} batches, {paths}"
     return f"{len(live(trace.outputs))} nodes, {paths}"
-
-
-def _numbers(text):
-    return np.array([checks.number(word) for word in text.split(",")])
-
-
-def _literals(text):
-    """The tuple that Python reads in ``0.2,[1,2]``."""
-    try:
-        return ast.literal_eval(f"({text},)")
-    except (ValueError, SyntaxError):
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is no list of numbers and other literals of Python, such as 0.2,[1,2]."
-        ) from None
-
-
-def _function(text):
-    """The function that FILE:FUNCTION names, and its name."""
-    path, colon, name = text.rpartition(":")
-    if not colon:
-        raise ValueError(f"give FILE:FUNCTION, such as {_example(text)}; got {text!r}.")
-    sys.path.insert(0, os.path.dirname(os.path.abspath(path)))  # as `python FILE` does
-    return _in_a_sentence(checks.function_in_file, Path(path), name), name
-
-
-def _example(text):
-    """FILE:FUNCTION of a file, which is read and not run."""
-    path = Path(text)
-    if path.is_file():
-        with contextlib.suppress(SyntaxError, ValueError):
-            for one in ast.parse(path.read_text(encoding="utf-8")).body:
-                if isinstance(one, ast.FunctionDef):
-                    return f"{text}:{one.name}"
-    return "orbit.py:satellite"
-
-
-def _in_a_sentence(check, *given):
-    """The result of a check; argparse words a refusal only while it parses."""
-    try:
-        return check(*given)
-    except argparse.ArgumentTypeError as error:
-        raise ValueError(str(error)) from None
-
-
-def _state(function, options):
-    """The state that is given, or one of a length for which the function returns as many numbers.
-
-    Raises ValueError where the function does not take the arguments or gives no derivative.
-    """
-    try:
-        inspect.signature(function).bind(options.t, None, *options.args)
-    except TypeError as error:
-        raise ValueError(f"{error}: `--args` gives the arguments after t and y.") from None
-    given = options.y0 if options.n is None else np.linspace(1.0, 2.0, options.n)
-    sizes = [len(given)] if given is not None else range(1, LONGEST + 1)
-    reasons = []
-    for n in sizes:
-        y = 1.0 + 0.1 * np.arange(n) if given is None else given
-        try:
-            size = np.size(function(options.t, y.copy(), *options.args))
-        except Exception as error:
-            reasons.append(f"it raises {error!r}")
-            continue
-        if size == n:
-            return y
-        reasons.append(f"it returns {size} numbers for {n} components")
-    advice = "" if given is not None else "; give a state, `--y0`"
-    raise ValueError(f"the function gives no derivative: {reasons[0]}{advice}.")
 
 
 def _bound(function, args, t, y0):

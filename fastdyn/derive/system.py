@@ -80,6 +80,12 @@ class DerivedSystem(System):
         drivers = [getattr(self, one.name) for one in model.drivers]
         return tuple(self.derivation.start.state(numbers, drivers))
 
+    def mass_matrix(self):
+        """The Hessian of the kinetic energy by the rates of the coordinates."""
+        found = self.derivation
+        masses = shortened(sp.hessian(sp.expand(found.kinetic), found.motion.v))
+        return Writer(found).numbers("mass", list(masses))
+
     def scene(self, t, w):
         """Bodies, joints, springs and surfaces of the model in one state."""
         return self.stage([t], np.reshape(np.asarray(w, float), (-1, 1)))(t, w)

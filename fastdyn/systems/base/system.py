@@ -109,6 +109,40 @@ class System(Declared, Pictures):
         """Times at which steps must end, ndarray, or None."""
         return None
 
+    def mass_matrix(self) -> Callable | None:
+        """``mass(t, y, *parameters)``, the m² numbers of the mass matrix; None for no such form."""
+        return None
+
+    @of_instance
+    def export(self, file=None, language="c", jacobian=False, mass=False):
+        """
+        Write the right-hand side and the events as source, without any library but `math.h`.
+
+        Parameters
+        ----------
+        file : path, optional
+            By default the name of the system; C has a header of the same name, too.
+        language : {"c", "js"}
+            C, or a module of JavaScript.
+        jacobian : bool
+            Whether to write the Jacobian of the right-hand side.
+        mass : bool
+            Whether to write the mass matrix, which systems that `derive` makes have.
+
+        Returns
+        -------
+        list of Path
+            The files.
+
+        Raises
+        ------
+        ValueError
+            If a function has no form in the language; the message names the line.
+        """
+        from .export import code, write
+
+        return write(code(self, jacobian, mass), file, language)
+
     def baumgarte(self) -> "System":
         """The system with Baumgarte's stabilisation of its constraints."""
         raise ValueError(f"The {self.name} has no Baumgarte stabilisation.")

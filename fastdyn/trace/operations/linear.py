@@ -47,8 +47,13 @@ def _singular(kind, a):
 
 
 add(
-    Operation("factors", _matrix, inner=True, cost=1000, words="a large system of equations"),
-    Operation("singular", _singular, truth=True),
-    Operation("solution", _solved, inner=True, cost=100),
-    Operation("entry", lambda i, found: found[..., i]),
-)
+    Operation("factors", _matrix, inner=True, cost=1000, words="a large system of equations",
+              c="double {v}[{n} * ({n} + 2)] = {{{args}}}; factorise({n}, {scaled}, {v});",
+              js="factorise({n}, {scaled}, [{args}])"),
+    Operation("singular", _singular, truth=True,
+              c="is_singular({n}, {scaled}, {0})", js="is_singular({n}, {scaled}, {0})"),
+    Operation("solution", _solved, inner=True, cost=100,
+              c="double {v}[{n}] = {{{args}}}; solved({n}, {transposed}, {first}, {v});",
+              js="solved({n}, {transposed}, {first}, [{args}])"),
+    Operation("entry", lambda i, found: found[..., i], c="{0}[{data}]", js="{0}[{data}]"),
+)  # fmt: skip

@@ -18,6 +18,10 @@ class Operation(NamedTuple):
     factors: Any = None  # for each operand the rule for the derivative by it; None: not known
     llvm: str = ""  # method of llvmlite's builder, intrinsic; "": function of C, or of `Emitter`
     sign: str = ""  # the operator in Python, of arithmetic and comparisons
+    # The operation in source, `{0} % {1}`, of C and of JavaScript: see `emit/source/language.py`;
+    # "": by `sign`, or a function of C or of `Math` by the name; None: it has no such form.
+    c: str | None = ""
+    js: str | None = ""
     truth: bool = False  # the value is a truth value
     whole: bool = False  # the value is a whole number
     tables: bool = False  # the operation reads tables

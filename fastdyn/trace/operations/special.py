@@ -19,7 +19,7 @@ def _value(name, *args):
 add(
     *[
         function(
-            IN_C + name, functools.partial(_value, name), cost=100,
+            IN_C + name, functools.partial(_value, name), cost=100, c=None, js=None,
             aliases=(name,), words="a special function of SciPy",
         )
         for name in (OF_ONE + " " + OF_TWO).split()

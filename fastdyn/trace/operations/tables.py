@@ -8,6 +8,8 @@ import numpy as np
 from .record import Operation, add
 from .value import Value, select
 
+AT = "{}({{length}}, {{tables}}, {{0}})"  # the call of a helper in source
+
 
 def _entry(table, x):
     i = np.nan_to_num(np.asarray(x, float), nan=0.0, posinf=0.0, neginf=0.0).astype(np.int64)
@@ -92,12 +94,16 @@ def _units(o, name, slots):
 
 add(
     Operation("table", _entry, (0.0,), tables=True, inside=_inside_table,
+              c=AT.format("entry_of"), js=AT.format("entry_of"),
               words="a table that is read at a place that moves"),
     Operation("search", lambda data, x: np.searchsorted(data[0], x, data[1]) * 1.0, (0.0,),
+              c=AT.format("search_{side}"), js=AT.format("search_{side}"),
               tables=True, whole=True, cost=20, decision=lambda o, x: o,
               words="a search in a table"),
     Operation("piecewise", _piecewise, (_slope_of_polynomial,), tables=True, cost=20,
+              c="piecewise({length}, {count}, {tables}, {0})", js=AT.format("piecewise"),
               words="a spline"),
     Operation("interpolate", _interpolate, (_slope_of_chord,), tables=True, cost=20,
+              c=AT.format("interpolate"), js=AT.format("interpolate"),
               inside=_inside_interpolation, words="interpolation in a table"),
 )  # fmt: skip

@@ -93,6 +93,8 @@ class DataMember(Member):
 
 def _wrapped_member(outside, value, row):
     kind: Any = type(value)
+    if isinstance(value, property) and kind.__get__ is property.__get__:
+        kind = property  # a subclass that knows more, such as a unit, and reads as properties do
     if kind not in FUNCTIONS or kind is types.FunctionType:
         return outside.wrap(value, row)
     at = outside.same(row, value)

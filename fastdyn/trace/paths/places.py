@@ -21,17 +21,26 @@ def line_of_refusal(error):
 
 
 def line_of_write(fun, args, n, shape, zeros=0):
-    """The (file, line) of the first write to an object from outside, found by another trace.
+    """The (file, line) of the first write to an object from outside; None if there is none."""
+    return _line_after_which(lambda g: g.outside.writes(), fun, args, n, shape, zeros)
 
-    None means that no path has such a write.
-    """
+
+def line_of_operation(op, fun, args, n, shape):
+    """The (file, line) of the first operation of this name; None if there is none."""
+    return _line_after_which(
+        lambda g: any(node.op == op for node in g.nodes.values()), fun, args, n, shape
+    )
+
+
+def _line_after_which(true, fun, args, n, shape, zeros=0):
+    """The (file, line) after which ``true(graph)`` holds, found by another trace."""
     found, last = [], None
 
     def watch(frame, event, _):
         nonlocal last
         if found or NOW.g is None or not of_user(frame.f_code.co_filename):
             return None
-        if event != "call" and NOW.g.outside.writes():
+        if event != "call" and true(NOW.g):
             found.append(last)
         last = frame.f_code.co_filename, frame.f_lineno
         return watch

@@ -1,0 +1,1 @@
+"""Emits a graph as source text, in C or in JavaScript."""
