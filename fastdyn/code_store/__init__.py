@@ -8,7 +8,7 @@ the code of two processes cannot be mixed up, whatever names Numba gave the part
 from .announced import meant_for
 from .cache import COUNTS, Code, assembled, compiled, first_kept, linked, stored, without_function
 from .call import Call
-from .environment import FUNCTIONS, KERNELS
+from .key.sources import FUNCTIONS, KERNELS, sources
 from .object_file import OFFERED, Unsealable
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "first_kept",
     "linked",
     "meant_for",
+    "sources",
     "stored",
     "without_function",
 ]

@@ -18,8 +18,9 @@ from typing import Any, NamedTuple
 from . import precompiled
 from .announced import announced
 from .call import laid_out
-from .environment import FUNCTIONS, KERNELS, environment
 from .folders import folders
+from .key.environment import environment
+from .key.sources import FUNCTIONS
 from .object_file import NotWhole, packed, unpacked
 from .one_at_a_time import alone
 from .quiet import warnings
@@ -64,9 +65,9 @@ def compiled(key, build, made_by=FUNCTIONS):
         Everything, besides `environment`, that the code depends on.  None: never on disk.
     build : callable
         Returns a Numba dispatcher and the signature to compile it for.
-    made_by : frozenset of str
-        The folders of fastdyn whose sources change the code: KERNELS for code that contains no
-        function of the user, and whose `build` is in these folders.
+    made_by : key.sources.MadeBy
+        The sources that change the code: `KERNELS` around the modules of a kernel for code that
+        contains no function of the user, and whose `build` is in the folders of `KERNELS`.
 
     Raises
     ------
@@ -79,7 +80,7 @@ def compiled(key, build, made_by=FUNCTIONS):
     symbol = _symbol(key, made_by)
     if key is None:
         return _compiled(None, symbol, build)
-    with announced(made_by is KERNELS), _compiling, alone(_file(symbol)):  # or another process
+    with announced(made_by.is_kernel), _compiling, alone(_file(symbol)):  # or another process
         return stored(key, made_by) or _compiled(key, symbol, build)
 
 
@@ -132,7 +133,7 @@ def without_function(key, build=None, made_by=FUNCTIONS):
     found = _bitcode(symbol)
     if found or build is None:
         return found
-    with announced(made_by is KERNELS), _compiling, alone(_file(symbol)):
+    with announced(made_by.is_kernel), _compiling, alone(_file(symbol)):
         found = _bitcode(symbol)
         if found:
             return found
@@ -157,7 +158,7 @@ def _bitcode(symbol):
     return None
 
 
-def linked(key, kernel, functions, look):
+def linked(key, kernel, functions, look, made_by=FUNCTIONS):
     """The machine code for `key`: a kernel of `without_function` and the functions that it calls.
 
     `functions` maps each name to ``write(name)``, as in `assembled`.  ``look()`` is called now and
@@ -165,7 +166,7 @@ def linked(key, kernel, functions, look):
     """
     from .unlinked import linked
 
-    symbol = _symbol(key)
+    symbol = _symbol(key, made_by)
     texts = {name: write(name) for name, write in functions.items()}
     look()
     code, needs = linked(kernel, texts, symbol, look)
@@ -192,7 +193,7 @@ def _header(key, symbol, needs, arguments):
 
 def stored(key, made_by=FUNCTIONS):
     """The machine code for `key` from disk; None without an entry."""
-    came = precompiled.entry(key) if made_by is KERNELS else None
+    came = precompiled.entry(key, made_by) if made_by.is_kernel else None
     if came and (found := _verified(*came)):
         return found
     symbol = _symbol(key, made_by)

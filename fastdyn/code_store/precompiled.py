@@ -9,7 +9,7 @@ import functools
 import hashlib
 import pathlib
 
-from .environment import KERNELS, sources
+from .key.sources import sources
 from .numba_settings import changed
 
 FOLDER = pathlib.Path(__file__).parent / "objects"
@@ -40,18 +40,18 @@ def best_level():
     return next((k for k, needs in levels.items() if all(map(features.get, needs))), None)
 
 
-def symbol_of(key, level):
-    """The name of the code of a kernel for a level."""
-    text = f"precompiled {sources(KERNELS)} {level} {key}"
+def symbol_of(key, made_by, level):
+    """The name of the code of a kernel for a level; `made_by` are the sources of the kernel."""
+    text = f"precompiled {sources(made_by)} {level} {key}"
     return f"fastdyn_{hashlib.sha256(text.encode()).hexdigest()}"
 
 
-def entry(key):
+def entry(key, made_by):
     """(bytes, symbol) of the file of a kernel; None if there is none for this processor."""
     found = level()
     if found is None:
         return None
-    symbol = symbol_of(key, found)
+    symbol = symbol_of(key, made_by, found)
     try:
         return (FOLDER / found / f"{symbol.removeprefix('fastdyn_')}.o").read_bytes(), symbol
     except OSError:

@@ -92,6 +92,18 @@ def of_library(function):
     return _is_named(function, function.__module__ or "", function.__qualname__)
 
 
+def kernels_in(token):
+    """The modules of kernels, from fastdyn on, that a token or a Constant names."""
+    if isinstance(token, Constant):
+        return kernels_in(token.token)
+    if not isinstance(token, tuple):
+        return set()
+    named = len(token) == 3 and token[0] in ("library", "builtin") and str(token[1])
+    if named and named.startswith(KERNELS):
+        return {named.partition(".")[2]}
+    return set().union(*map(kernels_in, token))
+
+
 def frozen_function(function, seen=()):
     """The token of a function with the values that it uses.
 

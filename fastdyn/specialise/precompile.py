@@ -24,11 +24,11 @@ def write(level):
     folder.mkdir(parents=True, exist_ok=True)
     for file in folder.iterdir():
         file.unlink()
-    kernels = every_kernel(dispatchers.FOR_ALL)
-    for key, make in kernels.items():
-        symbol = precompiled.symbol_of(key, level)
+    kernels = every_kernel()
+    for key, recipe in kernels.items():
+        symbol = precompiled.symbol_of(key, recipe.made_by, level)
         with deferred():
-            dispatcher, signature = make(dispatchers)
+            dispatcher, signature = recipe.make(dispatchers)
             code, needs, arguments = emit_object.of(dispatcher, signature, symbol)
         if "malloc" in needs:  # memory that nothing would free: see kernels/jit/pipeline.py
             raise Unsealable(f"the kernel {key!r} allocates memory")

@@ -10,7 +10,7 @@ Kernels are found on disk by their keys.  The compiler is imported only if a ker
 
 import functools
 import itertools
-from typing import Any
+from typing import Any, NamedTuple
 
 from fastdyn import code_store
 from fastdyn.compile.sentences import Uncompilable
@@ -19,6 +19,8 @@ from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods.taylor.accuracy import ALLOWANCE
 from fastdyn.trace.graph.clock import look
 from fastdyn.trace.operations.linear import FACTORS, SOLUTION
+
+from .for_all import FOR_ALL, PLAIN_START, modules_of
 
 MAX_TUPLE = 16
 FUNCTION = "fastdyn_function"  # equal to `unlinked.FUNCTION`, whose file imports LLVM
@@ -37,7 +39,33 @@ def inlines(name, n):
     return 0 < n <= MAX_TUPLE and BY_NAME[name].n_matrices == 0
 
 
-def _kept(key, make, made_by=code_store.KERNELS):
+class Recipe(NamedTuple):
+    """How a kernel that inlines no function of the user is made.
+
+    ``make(dispatchers)`` returns the dispatcher and its signature, out of what `modules` of fastdyn
+    and their imports define.
+    """
+
+    key: str
+    modules: tuple
+    make: Any
+
+    @property
+    def made_by(self):
+        """The sources that the code depends on."""
+        return code_store.KERNELS.around(*self.modules)
+
+    def kept(self):
+        """The code, from disk or compiled."""
+        return _kept(self.key, self.make, self.made_by)
+
+
+def module_of(method):
+    """The module of the file of a method."""
+    return f"kernels.methods.{method.file}"
+
+
+def _kept(key, make, made_by):
     """The code of a kernel; ``make(dispatchers)`` returns the dispatcher to compile."""
 
     def build():
@@ -48,49 +76,59 @@ def _kept(key, make, made_by=code_store.KERNELS):
     return code_store.compiled(key, build, made_by)
 
 
+def _placed(method, place):
+    """The module of a function of a method, and the name of the function in keys."""
+    module, _, function = place.rpartition(".")
+    if module:
+        return f"kernels.{module}", place
+    return module_of(method), f"{method.file}.{function}"  # made with numbers of the method
+
+
 def _start(name, pair=False):
     method, apart = BY_NAME[name], splits(name, pair)
-    key = f"start {'plain' if apart else method.start}"
-    return key, lambda made: made.start(method, apart)
+    module, function = _placed(method, PLAIN_START if apart else method.start)
+    return Recipe(f"start {function}", (module,), lambda made: made.start(method, apart))
 
 
 def _dense_rows(name, pair=False):
     method, apart = BY_NAME[name], splits(name, pair)
-    key = f"dense rows {method.dense_rows}{' of pair' if apart else ''}"
-    return key, lambda made: made.dense_rows(method, apart)
+    module, function = _placed(method, f"{name} of pair" if apart else method.dense_rows)
+    return Recipe(f"dense rows {function}", (module,), lambda made: made.dense_rows(method, apart))
 
 
 def _shared(name, pair=False):
     method, apart = BY_NAME[BY_NAME[name].loop or name], splits(name, pair)
     key = f"{'split' if apart else 'advance'} {method.name}"
-    return key, lambda made: made.shared(method, apart)
+    return Recipe(key, (module_of(method),), lambda made: made.shared(method, apart))
 
 
 def _series(loop, order, width):
-    make = "series_in_lanes" if loop == "lanes" else "series"
-    return f"{make} {order} {width}", lambda made: getattr(made, make)(order, width)
+    make, file = ("series_in_lanes", "lanes") if loop == "lanes" else ("series", "steps")
+    modules = (f"kernels.methods.taylor.{file}",)
+    key = f"{make} {order} {width}"
+    return Recipe(key, modules, lambda made: getattr(made, make)(order, width))
 
 
 def _for_all(name):
-    return name, lambda made: made.FOR_ALL[name]
+    return Recipe(name, modules_of(name), lambda made: made.for_all(name))
 
 
 @code_store.first_kept
 def start_kernel(name, pair=False):
     """``start(state, work, block, order, fsal_stage)`` of a method."""
-    return _kept(*_start(name, pair))
+    return _start(name, pair).kept()
 
 
 @code_store.first_kept
 def dense_rows_kernel(name, pair=False):
     """``dense_rows(t, h, work, block, d)``, the interpolant of a method."""
-    return _kept(*_dense_rows(name, pair))
+    return _dense_rows(name, pair).kept()
 
 
 @code_store.first_kept
 def shared_kernel(name, pair=False):
     """The stepping kernel for all functions, or for all pairs."""
-    return _kept(*_shared(name, pair))
+    return _shared(name, pair).kept()
 
 
 @code_store.first_kept
@@ -99,7 +137,7 @@ def series_loop(loop, order, width):
 
     With "lanes", each lane has a trajectory; with "series", all have one.
     """
-    return _kept(*_series(loop, order, width))
+    return _series(loop, order, width).kept()
 
 
 SERIES = (
@@ -113,13 +151,13 @@ for _given in SERIES:  # the code of a series calls its loop
 
 def kernel_for_all(name):
     """A function that returns the code of a kernel for all methods and functions."""
-    return code_store.first_kept(lambda: _kept(*_for_all(name)))
+    return code_store.first_kept(lambda: _for_all(name).kept())
 
 
 @code_store.first_kept
 def function_of_pencil(name):
     """A function of `kernels/algebra/consistent_states.py`, with the form of a user's function."""
-    return _kept(*_for_all(f"pencil {name}"))
+    return _for_all(f"pencil {name}").kept()
 
 
 _serving: dict = {}
@@ -128,7 +166,9 @@ _serving: dict = {}
 def serve_kernel(*sample):
     """The kernel in which a worker of an ensemble serves its lanes, for arguments like `sample`."""
     if not _serving:
-        _serving.setdefault("serve", _kept("serve", lambda made: made.serve(*sample)))
+        modules = "kernels.ensemble.scheduler", "kernels.ensemble.arguments"
+        recipe = Recipe("serve", modules, lambda made: made.serve(*sample))
+        _serving.setdefault("serve", recipe.kept())
     return _serving["serve"]
 
 
@@ -162,32 +202,27 @@ sweep_of_collocation_kernel = kernel_for_all("sweep of collocation")
 replay_of_collocation_kernel = kernel_for_all("replay of collocation")
 
 
-def every_kernel(names_for_all):
-    """{key: ``make(dispatchers)``} of all kernels that inline no function of the user."""
-    found = dict(map(_for_all, names_for_all))
+def every_kernel():
+    """The Recipes of all kernels that inline no function of the user, by their keys."""
+    found = [_for_all(name) for name in FOR_ALL]
     for name in BY_NAME:
-        found |= _kernels_of(name)
-    return found
+        found += _kernels_of(name)
+    return {recipe.key: recipe for recipe in found}
 
 
 def _kernels_of(name):
-    """{key: ``make(dispatchers)``} of the kernels of a method that inline no function."""
+    """The Recipes of the kernels of a method that inline no function."""
     if BY_NAME[name].series:
-        found = dict(_series(*given) for given in SERIES)
+        found = [_series(*given) for given in SERIES]
     else:
-        found = dict([_shared(name), _shared(name, True)])
-    for kernel in (_start, _dense_rows):
-        found.update([kernel(name), kernel(name, True)])
-    return found
+        found = [_shared(name), _shared(name, True)]
+    return found + [make(name, pair) for make in (_start, _dense_rows) for pair in (False, True)]
 
 
 def make_kernels(name=None):
     """Load or compile the kernels of a method; without name, those that serve all methods."""
-    from . import dispatchers
-
-    found = dict(map(_for_all, dispatchers.FOR_ALL)) if name is None else _kernels_of(name)
-    for key, make in found.items():
-        _kept(key, make)
+    for recipe in map(_for_all, FOR_ALL) if name is None else _kernels_of(name):
+        recipe.kept()
 
 
 def inlined_kernel(name, function, n, build=True) -> Any:
@@ -199,16 +234,24 @@ def inlined_kernel(name, function, n, build=True) -> Any:
     found = function.notes.get(place)
     if found is None or (build and not found):
         key = f"specialised {name} {n} {function.key}"
-        found = code_store.stored(key) or (build and _inlining(key, name, function, n))
+        found = code_store.stored(key, _function_in(name)) or (
+            build and _inlining(key, name, function, n)
+        )
         function.notes[place] = found or False
     return found or None
+
+
+def _function_in(name):
+    """The sources that the code of a method with a function of the user inside depends on."""
+    return code_store.FUNCTIONS.around(module_of(BY_NAME[name]))
 
 
 def _inlining(key, name, function, n):
     """The code of an inlined kernel: linked by LLVM if possible, else compiled by Numba."""
     if links(name, function):
         kernel = kernel_without_function(name, n, True)
-        return code_store.linked(key, kernel, {FUNCTION: function.traced.text}, look)
+        texts = {FUNCTION: function.traced.text}
+        return code_store.linked(key, kernel, texts, look, _function_in(name))
     if in_stages(name, function):
         try:
             return _stages(key, name, function, n // 2 if BY_NAME[name].second_order else n)
@@ -217,7 +260,7 @@ def _inlining(key, name, function, n):
     try:
         return _kept(
             key, lambda made: made.inlining(name, splits(name, True), function, n),
-            code_store.FUNCTIONS,
+            _function_in(name),
         )  # fmt: skip
     except Uncompilable:  # another thread has changed an outside value
         return None
@@ -244,8 +287,9 @@ def _stages(key, name, function, n):
 
         return dispatchers.stages(name, n)
 
-    kernel = code_store.without_function(f"waits {name} {n} in stages", build, code_store.KERNELS)
-    return code_store.linked(key, kernel, {FUNCTION: text}, look)
+    made_by = code_store.KERNELS.around(module_of(BY_NAME[name]))
+    kernel = code_store.without_function(f"waits {name} {n} in stages", build, made_by)
+    return code_store.linked(key, kernel, {FUNCTION: text}, look, _function_in(name))
 
 
 def kernel_without_function(name, n, build=False):
@@ -260,4 +304,5 @@ def kernel_without_function(name, n, build=False):
         return dispatchers.without_function(name, n)
 
     build_it = without_function if build else None
-    return code_store.without_function(f"waits {name} {n}", build_it, code_store.KERNELS)
+    made_by = code_store.KERNELS.around(module_of(BY_NAME[name]))
+    return code_store.without_function(f"waits {name} {n}", build_it, made_by)

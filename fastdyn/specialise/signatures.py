@@ -5,21 +5,7 @@ from typing import Any
 import numpy as np
 from numba import from_dtype, typeof, types
 
-from fastdyn.kernels.methods.adjoint import (
-    BlocksOfCollocation,
-    BlocksOfRosenbrock,
-    Collocation,
-    Memory,
-    MemoryOfCollocation,
-    MemoryOfRosenbrock,
-    Outside,
-    Rosenbrock,
-    Seeds,
-    Splitting,
-    Steps,
-    Terms,
-)
-from fastdyn.kernels.methods.adjoint import Table as Coefficients
+from fastdyn.kernels.calls.user_function import FORM
 from fastdyn.kernels.output.arguments import (
     EVENTS,
     OUTPUT,
@@ -33,7 +19,6 @@ from fastdyn.kernels.output.arguments import (
 )
 from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, Bins
 from fastdyn.kernels.state.record import STATE, Solve
-from fastdyn.kernels.stepping.collocation import Functions, Mesh, Room
 
 
 def type_of(sample) -> Any:
@@ -58,6 +43,7 @@ STUDIED = np.empty(0, INVARIANT)
 SOLVE = Solve(STATES, TABLE, WORDS)
 KERNELS = Kernels(0, 0, 0, 0, 0, 0.0, 0, 0, 0, 0)
 
+FUNCTION = types.none(*FORM)  # the form of a user's function
 ADVANCE = kernel_of(*SOLVE, 0)
 SERIES = kernel_of(*SOLVE, 0, 0, ROW, WORDS)
 SERIES_IN_LANES = kernel_of(STATES, TABLE, TABLE, WORDS, 0, 0, 0, ROW, WORDS)
@@ -67,14 +53,6 @@ OPEN = kernel_of(EVENT_TABLE, 0.0, ROW, ROW)
 DENSE_ROWS = kernel_of(0.0, 0.0, TABLE, WORDS, TABLE)
 FACTORS, SOLUTION = kernel_of(ROW, ROW, 0), kernel_of(ROW, ROW, ROW, 0)
 EVALUATE = kernel_of(WORDS, 0.0, ROW, ROW)
-OF_MESH = (
-    Functions(WORDS, WORDS, WORDS, WORDS, TABLE, TABLE, TABLE),
-    Mesh(ROW, TABLE, ROW),
-    Room(
-        *[ROW] * 8, *[TABLE] * 4, *[CUBE] * 4, ROW, WORDS, ROW, TABLE, ROW, TABLE, ROW, TABLE, ROW
-    ),
-)
-NEWTON, RESIDUALS = kernel_of(*OF_MESH, 0.0, 0.0), kernel_of(*OF_MESH, ROW)
 WATCHING = (
     KERNELS,
     SOLVE,
@@ -99,28 +77,4 @@ MANY = kernel_of(
 )
 WHOLE_SOLVE = kernel_of(Begin(0, 0, 0, ROW, 0), *WATCHING)
 OPEN_SURVEY = kernel_of(STUDIED, 0.0, ROW, ROW)
-TERMS = Terms(WORDS, WORDS, ROW)
-OF_STEPS = Steps(ROW, ROW, ROW, WORDS), 0, TABLE
-OF_SWEEP = Seeds(ROW, ROW, TABLE, ROW, WORDS), WORDS, WORDS, Memory(TABLE, TABLE, ROW, ROW)
-COEFFICIENTS = Coefficients(0, ROW, TERMS, TERMS, TERMS, WORDS, TABLE)
-KICKS = Splitting(ROW, ROW, ROW, ROW, TABLE)
-SWEEP = kernel_of(COEFFICIENTS, *OF_STEPS, *OF_SWEEP)
-SWEEP_WHOLE = kernel_of(COEFFICIENTS, OF_STEPS[0], TABLE, *OF_SWEEP, Outside(TABLE, 0.0, 0.0))
-REPLAY = kernel_of(COEFFICIENTS, *OF_STEPS, WORDS, TABLE)
-SWEEP_OF_KICKS = kernel_of(KICKS, *OF_STEPS, *OF_SWEEP)
-REPLAY_OF_KICKS = kernel_of(KICKS, *OF_STEPS, WORDS, TABLE)
-ROSENBROCK = Rosenbrock(TABLE, TABLE, ROW, ROW, TABLE, 0.0, WORDS, WORDS, 0, 0, 0)
-OF_ROSENBROCK = (
-    BlocksOfRosenbrock(WORDS, WORDS, WORDS, WORDS),
-    MemoryOfRosenbrock(TABLE, ROW, ROW, ROW, ROW, ROW),
-)
-SWEEP_OF_ROSENBROCK = kernel_of(ROSENBROCK, *OF_STEPS, OF_SWEEP[0], *OF_ROSENBROCK)
-REPLAY_OF_ROSENBROCK = kernel_of(ROSENBROCK, *OF_STEPS, *OF_ROSENBROCK)
-COLLOCATION = Collocation(ROW, TABLE, TABLE, ROW, ROW, TABLE, 0, 0.0, WORDS, WORDS, WORDS, 0, 0, 0)
-OF_COLLOCATION = (
-    BlocksOfCollocation(WORDS, WORDS, WORDS),
-    MemoryOfCollocation(TABLE, ROW, ROW, ROW, ROW, ROW, ROW),
-)
-SWEEP_OF_COLLOCATION = kernel_of(COLLOCATION, *OF_STEPS, OF_SWEEP[0], *OF_COLLOCATION)
-REPLAY_OF_COLLOCATION = kernel_of(COLLOCATION, *OF_STEPS, *OF_COLLOCATION)
 SURVEYING = kernel_of(0, SOLVE, np.empty(0, SURVEY), STUDIED, Bins(ROW, CUBE, ROW, TABLE), ROW, 0)

@@ -20,7 +20,7 @@ from fastdyn.kernels.methods.method import Derivatives
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.layout import Form
 
-from .scalar import FUNCTION
+from .scalar import FUNCTION, module_of
 from .signatures import ADVANCE_VECTORS
 from .vector_rhs import named, number, right_hand_side
 
@@ -179,10 +179,11 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
 
         place = f"waits {name} {n} {width()} {extrema} {len(events)} {shapes} {structure}"
         try:
-            compiled = code_store.stored(key)
+            made_by = code_store.FUNCTIONS.around(module_of(METHODS[name]))
+            compiled = code_store.stored(key, made_by)
             if compiled is None:
-                kernel = code_store.without_function(place, build)
-                compiled = code_store.linked(key, kernel, texts, lambda: None)
+                kernel = code_store.without_function(place, build, made_by)
+                compiled = code_store.linked(key, kernel, texts, lambda: None, made_by)
         except Exception as error:
             raise Uncompilable(explain(error)) from error
         _kernels.put(key, compiled)

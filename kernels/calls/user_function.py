@@ -9,6 +9,9 @@ LLVM, because Numba has no call of its own convention at an address or by a symb
 comes later, and no pointer from a number.
 """
 
+# Numba's type annotations are incomplete.
+# pyright: reportCallIssue=false
+
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -16,6 +19,7 @@ from numba.extending import intrinsic
 
 from ..jit.options import INTERNAL, njit
 from ..state.elementwise import ROW, data_of, length_of
+from ..state.record import RUNNING
 from .block import ADDRESS, RAISED_WORD
 
 WORDS = types.Array(types.int64, 1, "C")
@@ -99,6 +103,13 @@ def by_pointer(t, y, block, out):
     """The derivative in the row `out`, by the function that the block names."""
     call_function(address_of(block), t, y, out)
     return out
+
+
+@njit(**INTERNAL)
+def one_evaluation(block, t, y, out):
+    """A kernel that calls the function once."""
+    by_pointer(t, y, block, out)
+    return RUNNING
 
 
 def linked_later(name):

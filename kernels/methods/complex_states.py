@@ -44,6 +44,7 @@ def _scaled_rms_of_pairs(values, work):
 
 
 hairer_of_pairs = make_hairer("hairer_of_pairs", _scaled_rms_of_pairs)
+hairer_of_pairs.py_func.__module__ = __name__  # where the key of the kernel looks for its sources
 
 
 @njit(**INTERNAL)

@@ -2,6 +2,7 @@
 
 import importlib
 import math
+import sys
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,7 +30,8 @@ class Facts(NamedTuple):
     n_dense, dense_order : int
         Rows of the interpolant, and its order.
     start, dense_rows : str
-        Names of two functions of the Method, which several methods may share.
+        Names of two functions of the Method, which several methods may share, as
+        ``stepping.first_step.hairer``; without a module if a call has made the function.
     second_order : bool
         Whether the method integrates q'' = a(t, q), so that `rhs` is the acceleration.
     separable : bool
@@ -133,7 +135,7 @@ class Facts(NamedTuple):
     @property
     def like_matlab(self):
         """True if MATLAB's rules control the step, with the largest error as norm."""
-        return self.start == "matlab"
+        return self.start == "stepping.first_step.matlab"
 
     @property
     def tableau(self):
@@ -188,12 +190,11 @@ CODE = frozenset(Method._fields)
 def method(name, *, start, dense_rows, **fields):
     """A Method; `fields` are the fields of Method and Facts that do not follow from others."""
     code = {field: fields.pop(field) for field in CODE & fields.keys()}
-    rows = dense_rows.py_func
     stable_to = stability_limit(code.get("tableau")) if fields["error_order"] else 0.0
     facts = Facts(
         name,
-        start=start.py_func.__name__,
-        dense_rows=f"{rows.__module__.partition('kernels.')[2]}.{rows.__name__}",
+        start=_place(start),
+        dense_rows=_place(dense_rows),
         separable=code.get("separable") is not None,
         batched=code.get("batched") is not None,
         stable_to=stable_to,
@@ -202,12 +203,20 @@ def method(name, *, start, dense_rows, **fields):
     return Method(facts, start=start, dense_rows=dense_rows, **code)
 
 
+def _place(function):
+    """The name of a function behind that of its module; alone if a call has made the function."""
+    name, module = function.py_func.__name__, function.py_func.__module__
+    if getattr(sys.modules[module], name, None) is not function:
+        return name
+    return f"{module.partition('kernels.')[2]}.{name}"
+
+
 def with_complex_states(method, kernel, start):
     """A Method that has a form for complex states, with another loop and start."""
     facts = method.facts
     own = facts._replace(
         name=facts.name + ON_PAIRS,
-        start=start.py_func.__name__,
+        start=_place(start),
         loop=facts.name if kernel is method.kernel and not facts.series else "",
     )
     given = {"facts": own, "kernel": kernel, "start": start, "lane_kernel": None}
@@ -231,7 +240,8 @@ def stability_polynomial(tableau):
     """
     s = len(tableau["b"])
     a = np.array([np.pad(row.floats, (0, s - len(row))) for row in tableau["a"][:s]])
-    b, powers, coefficients = np.array(tableau["b"].floats), np.ones(s), [1.0]
+    b, powers = np.array(tableau["b"].floats), np.ones(s)
+    coefficients: list[Any] = [1.0]
     for _ in range(s):
         coefficients.append(b @ powers)
         powers = a @ powers

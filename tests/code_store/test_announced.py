@@ -68,8 +68,8 @@ def test_the_command_makes_kernels_and_says_what_it_does(capsys, monkeypatch):
 
 def test_the_kernels_of_a_method_are_those_that_its_solves_load(monkeypatch):
     kept = []
-    monkeypatch.setattr(scalar, "_kept", lambda key, make: kept.append(key))
+    monkeypatch.setattr(scalar, "_kept", lambda key, make, made_by: kept.append(key))
     scalar.make_kernels("Radau")
     scalar.make_kernels()
     used = [scalar._start("Radau"), scalar._dense_rows("Radau"), scalar._shared("Radau")]
-    assert {key for key, _ in used} | {"whole solve", "watch plain", "launch"} <= set(kept)
+    assert {recipe.key for recipe in used} | {"whole solve", "watch plain", "launch"} <= set(kept)

@@ -9,8 +9,9 @@ import sys
 import pytest
 
 from fastdyn import code_store
-from fastdyn.code_store import cache, environment, object_file, precompiled
+from fastdyn.code_store import cache, object_file, precompiled
 from fastdyn.code_store.folders import folder, folders, trust
+from fastdyn.code_store.key import sources
 
 TEXT = "define i64 @{0}(ptr %words) {{ ret i64 41 }}\n"
 
@@ -201,13 +202,13 @@ def test_code_that_does_not_link_is_made_again(places, monkeypatch):
 
 @pytest.mark.parametrize("damaged", [b"\xff" * 128, b"0" * 64, b"0" * 128, b""])
 def test_a_damaged_hash_of_the_sources_is_found_anew(places, damaged):
-    environment.sources.cache_clear()
-    known = environment.sources(environment.KERNELS)
+    sources._hashes.cache_clear()
+    known = sources._hashes(sources.OF_KERNELS)
     (entry,) = places[1].glob("*.sources")
     whole = entry.read_bytes()
     entry.write_bytes(damaged)
-    environment.sources.cache_clear()
-    assert environment.sources(environment.KERNELS) == known and entry.read_bytes() == whole
+    sources._hashes.cache_clear()
+    assert sources._hashes(sources.OF_KERNELS) == known and entry.read_bytes() == whole
 
 
 def test_what_comes_compiled_is_loaded_and_what_is_damaged_is_not(places, tmp_path, monkeypatch):
@@ -216,7 +217,7 @@ def test_what_comes_compiled_is_loaded_and_what_is_damaged_is_not(places, tmp_pa
         pytest.skip("no files are made for this system")
     monkeypatch.setattr(precompiled, "FOLDER", tmp_path / "objects")
     precompiled.level.cache_clear()
-    symbol = precompiled.symbol_of("a key of this test", level)
+    symbol = precompiled.symbol_of("a key of this test", code_store.KERNELS, level)
     from fastdyn.code_store.target import translated
 
     code, needs = translated(TEXT.format(symbol), symbol)

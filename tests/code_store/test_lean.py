@@ -12,17 +12,16 @@ import pytest
 
 from fastdyn.code_store import cache
 from fastdyn.code_store.deferred import deferred
-from fastdyn.code_store.environment import KERNELS
 from fastdyn.code_store.folders import folders
 from fastdyn.code_store.object_file import unpacked
-from fastdyn.specialise import dispatchers, scalar
+from fastdyn.specialise import scalar
 
 ALLOCATE = {"malloc", "realloc", "calloc"}
 
 
-def needs_of(key):
+def needs_of(recipe):
     """The symbols that the kept code of a kernel calls; None if the kernel is not kept."""
-    symbol = cache._symbol(key, KERNELS)
+    symbol = cache._symbol(recipe.key, recipe.made_by)
     for data in folders.entries(cache._file(symbol)):
         return set(unpacked(data, symbol)[0]["needs"])
     return None
@@ -32,7 +31,7 @@ def test_no_kernel_needs_memory():
     """Kernels on disk are examined here, and all kernels by `make wheel`."""
     for kernel in (scalar.watch_events_kernel, scalar.all_roots_kernel, scalar.whole_solve_kernel):
         kernel()
-    kept = [needs_of(key) for key in scalar.every_kernel(dispatchers.FOR_ALL)]
+    kept = [needs_of(recipe) for recipe in scalar.every_kernel().values()]
     kept = [needs for needs in kept if needs is not None]
     assert len(kept) >= 3
     assert [needs & ALLOCATE for needs in kept if needs & ALLOCATE] == []

@@ -97,12 +97,14 @@ def test_a_new_traced_function_needs_no_numba():
 
 
 KEYS = """
-from fastdyn.code_store import environment, target
-print(environment.environment(environment.FUNCTIONS))
+from fastdyn.code_store import target
+from fastdyn.code_store.key.environment import environment
+from fastdyn.code_store.key.sources import FUNCTIONS
+print(environment(FUNCTIONS))
 import numba
 from numba.core.registry import cpu_target
 assert target.processor() == cpu_target.target_context.codegen().magic_tuple()
-print(environment.environment(environment.FUNCTIONS))
+print(environment(FUNCTIONS))
 """
 
 

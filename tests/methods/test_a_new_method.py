@@ -53,8 +53,8 @@ def test_the_facts_are_read_from_the_file():
     assert (facts.order, facts.error_order, facts.dense_order, facts.n_stages) == (3, 2, 3, 3)
     assert facts.stable_to == 2.51  # of all methods of order 3 with 3 stages
     assert facts.code.facts == facts._replace(file="") and not facts.like_matlab
-    assert COMPLEX[NAME].start == "hairer_of_pairs"
-    assert {f"advance {NAME}", f"advance {NAME} on complex states"} <= every_kernel([]).keys()
+    assert COMPLEX[NAME].start == "methods.complex_states.hairer_of_pairs"
+    assert {f"advance {NAME}", f"advance {NAME} on complex states"} <= every_kernel().keys()
 
 
 @pytest.mark.parametrize("compile", ["shared", "inlined"])

@@ -11,7 +11,7 @@ from fastdyn import code_store
 
 from .. import budget, memory
 from ..callables import T, Uncompilable, Y, codes_of
-from ..fingerprint import frozen_function
+from ..fingerprint import frozen_function, kernels_in
 from ..functions import Function
 from ..parameters import n_words, parameter_type
 from ..sentences import explain
@@ -54,7 +54,10 @@ def compiled_function(parts, mode, probe=None):
     layout = tuple(
         ["t" if v is T else "y" if v is Y else parameter_type(v) for v in parts.positional]
     )
-    key = mode, layout, frozen_function(parts.function), parts.jitted, tuple(parts.options.items())
+    token = frozen_function(parts.function)
+    used = code_store.FUNCTIONS.around(*sorted(kernels_in((layout, token))))
+    options = tuple(parts.options.items())
+    key = mode, layout, token, parts.jitted, options, code_store.sources(used)
     found = _functions.get(key)
     if found is None:
         try:
