@@ -32,10 +32,11 @@ class _Store:
     def __init__(self):
         self.entries: OrderedDict[_Entry, None] = OrderedDict()
         self.lock, self.size = threading.RLock(), 0
+        self.latest: Any = None  # the entry used last, which stands at the end
 
     def release(self, most=0):
         """Remove and return entries until at most one, or the size `most`, remains."""
-        gone = []
+        gone, self.latest = [], None
         while self.size > most and len(self.entries) > (most > 0):
             gone.append(self.entries.popitem(last=False)[0])
             del gone[-1].table.entries[gone[-1].key]
@@ -61,10 +62,12 @@ class Table:
         found = self.entries.get(key)
         if found is None:
             return None
-        try:
-            _store.entries.move_to_end(found)
-        except KeyError:  # another thread has just released it
-            pass
+        if found is not _store.latest:
+            try:
+                _store.entries.move_to_end(found)
+                _store.latest = found
+            except KeyError:  # another thread has just released it
+                pass
         return found.value
 
     def put(self, key, value, size=1):
@@ -77,7 +80,7 @@ class Table:
             entry = self.entries[key] = _Entry(self, key, value, size)
             _store.entries[entry] = None
             _store.size += size
-            gone = _store.release(MOST)
+            gone = _store.release(MOST)  # forgets which entry stood at the end
         del before, gone  # the released values are destroyed here, without the lock
         return value
 

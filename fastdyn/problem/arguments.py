@@ -34,7 +34,6 @@ class Arguments(NamedTuple):
     sensitivity: Any = None
     adjoint: Any = None
     error_estimate: Any = None
-    looked_up: bool = True  # whether `repeated.solved` has seen these arguments, and found nothing
     given_y0: Any = None  # as the user gave it: SciPy calls events with this object
 
     def with_options(self, **options):

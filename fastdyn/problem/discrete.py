@@ -37,7 +37,7 @@ def longer(asked):
     state = np.concatenate([y0, d0])
     extended = asked._replace(
         fun=extended_function(asked.fun, n, m), y0=state, given_y0=state, events=events,
-        options=options, discrete=None, looked_up=False,
+        options=options, discrete=None,
     )  # fmt: skip
     return extended, n
 

@@ -39,6 +39,4 @@ def longer(asked, of, chosen):
     options["atol"][n + 2 * m :] = SMOOTH * rtol.min() * (span if np.isfinite(span) else 1.0)
     options["on_event"] = [None] * len(own) + jumps
     state = np.r_[a.y0, modes, np.zeros((ADDED - 1) * m)]
-    return a._replace(
-        fun=fun, y0=state, given_y0=state, events=[*own, *events], options=options, looked_up=False
-    )
+    return a._replace(fun=fun, y0=state, given_y0=state, events=[*own, *events], options=options)

@@ -2,7 +2,7 @@
 
 import struct
 from array import array
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -27,20 +27,6 @@ FLOAT, INT = np.dtype("f8"), np.dtype("i8")
 def scratch_shape(method, n_events, rows, n):
     """Two rows, and a copy of the work array where series of events are searched in parts."""
     return 2 + (rows if method.series and n_events else 0), n
-
-
-class Counts(NamedTuple):
-    """The counts of a solve, in the order of the records STATE and OUTPUT."""
-
-    n_accepted: int
-    n_rejected: int
-    n_extra: int
-    n_jacobians: int
-    n_factorised: int
-    n_out: int
-    n_dense: int
-    n_events: int
-    i_eval: int
 
 
 class Plan:
@@ -75,8 +61,6 @@ class Plan:
         The index of the word of each argument.
     at_once : int
         The most events in one step.
-    counts : callable
-        ``counts(memory)`` returns the fields of a Counts, as a plain tuple.
     kernel, launch : callable
         ``kernel(address of the words)`` returns the status; `launch` takes the words of a Launch.
     """
@@ -112,7 +96,7 @@ class Plan:
         }
         self._lay_out(shapes)
         self.head = self.arrays["solve.work"][0] + (K + method.n_rows) * n
-        self.counts = self._counts()
+        self._counts = {}
         lay(self.words, self.at["begin.y0"], 0, (n,))
         kernels = {
             "kernels.start": start_kernel(name, pair),
@@ -145,15 +129,22 @@ class Plan:
         begin, end, dtype, shape = self.arrays[name]
         return memory[begin:end].view(dtype).reshape(shape)
 
-    def _counts(self):
-        """The unpacking of the fields of `Counts` from the memory of a solve."""
-        begin = 8 * self.arrays["output.record"][0]
-        places = [STATE.fields[name][1] for name in Counts._fields if name in STATE.names]
-        places += [begin + OUTPUT.fields[n][1] for n in Counts._fields if n in OUTPUT.names]
-        form, at = "=", 0
-        for place in places:
-            form, at = f"{form}{place - at}xq", place + 8
-        return struct.Struct(form).unpack_from
+    def counts(self, *names):
+        """``unpack(memory)``: a tuple of counts of a solve, fields of STATE and then of OUTPUT.
+
+        The names are in the order of the fields.
+        """
+        unpack = self._counts.get(names)
+        if unpack is None:
+            begin = 8 * self.arrays["output.record"][0]
+            form, at = "=", 0
+            for name in names:
+                place = (
+                    STATE.fields[name][1] if name in STATE.names else begin + OUTPUT.fields[name][1]
+                )
+                form, at = f"{form}{place - at}xq", place + 8
+            unpack = self._counts[names] = struct.Struct(form).unpack_from
+        return unpack
 
     def launch_words(self, words, image):
         """The words of a Launch; each solve sets the words MEMORY and Y0."""

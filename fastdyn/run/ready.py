@@ -114,11 +114,12 @@ class ReadyRun:
         sides = [(memoryview(block), i) for i, block in enumerate(compared.deciding)]
         is_open, take_state = tier.open, state_writer(room, self._n, self._sizes)
         (read, block), alone = self._readers[0], len(bounds) == 1 and run.switching is None
-        shares = problem.events is None and not problem.dense_output and plan.size <= FEW_WORDS
-        own = new_memory(size) if shares else None
-        if own is not None:
+        own = None
+        if not problem.dense_output and size <= FEW_WORDS:
+            own = new_memory(size)
             launch[MEMORY] = address_of(own)
-        result, check, until_look = (self._make or results)(problem, plan, own), self._check, 1
+        result, check = (self._make or results)(problem, plan, own), self._check
+        until_look = 1
 
         def go(fun, y0, args, events=(), t_span=None, t_eval=None):
             nonlocal is_open, n_left, until_look
@@ -156,14 +157,13 @@ class ReadyRun:
                 words[advance], is_open = tier.address, tier.open
             if status == BAD_STATE:
                 return None
-            end = ENDS.get(status)
-            if end is None or left[0] <= 1:
+            if status not in ENDS or left[0] <= 1:
                 return self._finish(self, memory, status, fun, args, events)
             for its_block, i in sides:
                 if its_block[SIDES] & ~seen[i]:
                     return self._finish(self, memory, status, fun, args, events)
             left[0] -= 1
-            return result(memory, None, *end)
+            return result(memory, None, *ENDS[status])
 
         self.go = go
 
@@ -271,20 +271,20 @@ class ReadyRun:
 
 def state_writer(room, n, sizes):
     """``take(y0)``, which writes n numbers to `room`; False if the state needs the long way."""
-    shape, pack, state = (n,), struct.Struct(f"{n}d").pack_into, memoryview(room)[:n]
+    shape, pack, state = (n,), struct.Struct(f"{n}d").pack_into, room[:n]
+    words = memoryview(room).cast("B")  # gives its address in a third of an array's time
     least, most = sizes or (0.0, 0.0)
 
     def take(y0):
         kind = y0.__class__
         try:
             if kind is list or kind is tuple:
-                if len(y0) != n or not NUMBERS.issuperset(map(type, y0)):
-                    return False
-                pack(room, 0, *y0)
-            elif kind is ARRAY and y0.dtype == FLOAT and y0.shape == shape:
-                state[:] = y0
+                for number in y0:  # twice as fast as a set of types
+                    if number.__class__ is not float and number.__class__ not in NUMBERS:
+                        return False
+                pack(words, 0, *y0)
             elif kind is ARRAY and y0.dtype.kind in "if" and y0.shape == shape:
-                state[:] = y0.astype(float)
+                state[...] = y0
             else:
                 return False
         except (struct.error, ValueError):  # a number beyond all floats; numbers not aligned

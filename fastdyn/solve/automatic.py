@@ -183,9 +183,7 @@ def _tightened(asked):
         return None
     share = LOOSE / rtol.min()
     given = {"rtol": rtol * share, "atol": atol * share}
-    return asked.with_options(
-        **{name: x if x.ndim else float(x) for name, x in given.items()}
-    )._replace(looked_up=False)
+    return asked.with_options(**{name: x if x.ndim else float(x) for name, x in given.items()})
 
 
 def _rtol(asked):

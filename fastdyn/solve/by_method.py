@@ -24,14 +24,9 @@ def solved(asked, name):
     kind: Any = name
     if asked.method == "auto":  # steps end at switching times, and large functions have no series
         kind = "auto", name
-    if not (asked.looked_up and name is asked.method):
-        found = repeated.solved(
-            asked.fun, (asked.t0, asked.tf), asked.y0, kind, asked.t_eval, asked.dense_output,
-            asked.events, asked.vectorized, asked.args,
-            {**asked.options, "sensitivity": asked.sensitivity, "adjoint": asked.adjoint},
-        )  # fmt: skip
-        if found is not None:
-            return found
+    result = repeated.asked_before(asked, kind)
+    if result is not None:
+        return result
     method = validate.method_named(name)
     if asked.sensitivity is not None:
         check_method(asked, method)

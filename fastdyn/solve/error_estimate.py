@@ -15,7 +15,6 @@ def solved_by(asked, method):
     """The result of Arguments by a method; with an `error_estimate` if asked for."""
     if not asked.error_estimate:
         return by_method.solved(asked, method)
-    asked = asked._replace(looked_up=False)
     if asked.options.get("on_event") is not None:
         raise ValueError(
             "`error_estimate` compares two solutions at the same times, but with `on_event` they "

@@ -121,6 +121,7 @@ class Prepared:
 
     def __init__(self, problem, given, sensitivity=None):
         self._problem, self._shape, self._given = problem, problem.y0.shape, given
+        self._fun, self._args = problem.fun, problem.args
         self._others = [function for function, _ in between_steps(problem)]
         self._sensitivity = sensitivity
         if sensitivity is None:
@@ -154,14 +155,13 @@ class Prepared:
 
         Outside values of the functions are read anew, as in `solve_ivp`.
         """
-        p = self._problem
         if y0 is None:
-            y0 = p.y0
+            y0 = self._problem.y0
         if args is None:
-            args = p.args
+            args = self._args
         elif args.__class__ is not tuple:
             args = validate.extra_arguments(args)
-        result = self._solver.solve(p.fun, y0, args, self._others)
+        result = self._solver.solve(self._fun, y0, args, self._others)
         return self._solved(y0, args) if result is None else result
 
     def _solved(self, y0, args):
@@ -171,7 +171,7 @@ class Prepared:
             raise ValueError(
                 f"`y0` must be {self._shape[0]} real numbers, as when it was prepared."
             )
-        result = self._solver.solve(p.fun, y0, args, self._others)
+        result = self._solver.solve(self._fun, y0, args, self._others)
         if result is None:
             problem = p._replace(y0=y0, args=args)
             if self._sensitivity is None:

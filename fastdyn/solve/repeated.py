@@ -23,22 +23,32 @@ from fastdyn.run.stiffness import notice, watch
 
 from .sensitivities import at_events, parted
 
+FUNCTION = python.FunctionType
 LARGEST, SMALLEST = 2.0**60, 2.0**-60  # sizes of a state
 _recent = memory.Table()  # by the kind of a call
 
 
 def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options):
     """The result of a call of `solve_ivp` like an earlier one; None for the long way."""
-    args, wanted = () if args is None else args, (None, None)
-    if args.__class__ is list:
+    if args is None:
+        args = ()
+    elif args.__class__ is list:
         args = tuple(args)
+    sensitivity = adjoint = None
     if "sensitivity" in options or "adjoint" in options:
         options = dict(options)
-        wanted = options.pop("sensitivity", None), options.pop("adjoint", None)
+        sensitivity = options.pop("sensitivity", None)
+        adjoint = options.pop("adjoint", None)
     try:
-        others = _listed(events)
-        kind = fun, y0, method, t_eval, dense_output, others, vectorized, args, options, wanted
-        found = _recent.get(_kind(*kind))
+        others = () if events is None else _listed(events)
+        kind = _kind(
+            fun, y0, method, t_eval, dense_output, others, vectorized, args, options,
+            sensitivity, adjoint,
+        )  # fmt: skip
+        try:
+            found = _recent.get(kind)
+        except TypeError:  # lists and arrays have no hash
+            found = _recent.get(_hashable(kind))
     except (AttributeError, TypeError):  # a callable without code, or values without a hash
         return None
     if found is None or args.__class__ is not tuple:
@@ -47,7 +57,16 @@ def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, ar
         if found.asked != [asked_of(event) for event in others]:
             return None
         others = [each.function if isinstance(each, Event) else each for each in others]
-    return found.solve(fun, y0, args, others or (), t_span, t_eval)
+    return found.solve(fun, y0, args, others, t_span, t_eval)
+
+
+def asked_before(asked, method):
+    """The result of Arguments like those of an earlier call, by the same method; or None."""
+    a = asked
+    return solved(
+        a.fun, (a.t0, a.tf), a.y0, method, a.t_eval, a.dense_output, a.events, a.vectorized, a.args,
+        {**a.options, "sensitivity": a.sensitivity, "adjoint": a.adjoint},
+    )  # fmt: skip
 
 
 def note(asked, method, problem):
@@ -56,10 +75,11 @@ def note(asked, method, problem):
     if not _may_come_again(problem, a.options):
         return
     try:
-        kind = _kind(
-            a.fun, a.y0, method, a.t_eval, a.dense_output, _listed(a.events), a.vectorized, a.args,
-            a.options, (a.sensitivity, a.adjoint),
-        )  # fmt: skip
+        others = () if a.events is None else _listed(a.events)
+        kind = _hashable(_kind(
+            a.fun, a.y0, method, a.t_eval, a.dense_output, others, a.vectorized, a.args, a.options,
+            a.sensitivity, a.adjoint,
+        ))  # fmt: skip
         found = _recent.get(kind)
     except (AttributeError, TypeError):
         return
@@ -75,9 +95,7 @@ def note(asked, method, problem):
 
 
 def _listed(events):
-    """The event functions as a list or tuple, or None; TypeError for what can be read once."""
-    if events is None:
-        return None
+    """The event functions as a list or tuple; TypeError for what can be read once."""
     if callable(events) or events.__class__ is Event:
         return (events,)
     if events.__class__ is list or events.__class__ is tuple:
@@ -85,25 +103,31 @@ def _listed(events):
     raise TypeError
 
 
-def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, options, wanted):
+def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, options, *derivatives):
     """The key of a call: its functions' code, lengths, and options."""
-    atol = options.get("atol")
-    if atol.__class__ is np.ndarray and atol.dtype.kind in "fiu":
-        options = {**options, "atol": (atol.dtype.str, atol.shape, atol.tobytes())}
-    elif atol.__class__ is list:
-        options = {**options, "atol": tuple(atol)}
     return (
-        fun.__class__, id(_code(fun)), len(y0), method,
-        None if t_eval is None else len(t_eval), dense_output,
-        None if others is None else tuple([id(_code(event)) for event in others]),
-        vectorized, len(args), wanted, *options.items(),
+        fun.__class__, id(fun.__code__ if fun.__class__ is FUNCTION else _code(fun)), len(y0),
+        method, None if t_eval is None else len(t_eval), dense_output, vectorized, len(args),
+        others and tuple([id(_code(event)) for event in others]), *derivatives, *options,
+        *options.values(),
     )  # fmt: skip
+
+
+def _hashable(kind):
+    """A key with the contents of lists, and of arrays of numbers, which may change in place."""
+    return tuple([
+        (value.dtype.str, value.shape, value.tobytes())
+        if value.__class__ is np.ndarray and value.dtype.kind in "fiu"
+        else (list, *value) if value.__class__ is list
+        else value
+        for value in kind
+    ])  # fmt: skip
 
 
 def _code(fun):
     """The code of a callable: of a partial that of its function, of an object that of its class."""
     kind = fun.__class__
-    if kind is python.FunctionType or kind is python.MethodType or is_jitted(fun):
+    if kind is FUNCTION or kind is python.MethodType or is_jitted(fun):
         return fun.__code__
     if kind is Event:
         return _code(fun.function)

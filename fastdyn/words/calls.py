@@ -25,15 +25,19 @@ def shown_when_wrong(advice="", **kinds) -> Callable[[Public], Public]:
 
         @functools.wraps(function)
         def called(*args, **named):
-            for name, value in kinds and (*zip(places, args, strict=False), *named.items()):
-                if name in kinds and not (value is None and name in optional):
-                    kinds[name](name, value)
+            if kinds:
+                check(args, named)
             try:
                 return function(*args, **named)
             except TypeError as error:
                 if error.__traceback__ is not None and error.__traceback__.tb_next is None:
                     error.add_note(_form(function, named, advice))  # the call itself failed
                 raise
+
+        def check(args, named):
+            for name, value in (*zip(places, args, strict=False), *named.items()):
+                if name in kinds and not (value is None and name in optional):
+                    kinds[name](name, value)
 
         return called
 

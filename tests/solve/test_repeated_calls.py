@@ -180,6 +180,40 @@ def test_a_tolerance_for_each_component(method):
     assert_same(plain(pendulum, (0, 1), START, method, atol=changed), mine)
 
 
+@pytest.mark.parametrize("option", ["sensitivity", "adjoint"])
+def test_names_in_a_list_are_read_at_each_call(option, monkeypatch):
+    names, times = ["stiffness"], [0.5, 1.0]
+
+    def found():
+        given = {"args": (9.0, 0.1), option: names, "rtol": 1e-8, "t_eval": times}
+        result = solve_ivp(spring, (0, 1), START, **given)
+        return result.sensitivity if option == "sensitivity" else result.vjp(np.ones((2, 2)))
+
+    warm(found)
+    noted = []
+    monkeypatch.setattr(repeated, "note", lambda *given: noted.append(given))
+    assert "stiffness" in found() and "friction" not in found()
+    assert not noted  # the call took a run that was ready
+    names[0] = "friction"
+    assert "friction" in found() and "stiffness" not in found()
+
+
+def test_results_with_events_share_no_memory():
+    def crossing(t, y):
+        return y[0] - 0.3
+
+    call = functools.partial(solve_ivp, spring, (0, 3), events=crossing)
+    assert is_plain(call, START)
+    one, other = call(START), call(2.0 * START)
+    mine = plain(spring, (0, 3), START, events=crossing)
+    assert one.t_events[0].size > 1
+    for name in ("t", "y", "t_events", "y_events"):
+        mine_there, there, later = (np.array(each[name]) for each in (mine, one, other))
+        assert there.tobytes() == mine_there.tobytes() != later.tobytes(), name
+        for a, b in zip(one[name], other[name], strict=False):
+            assert not np.shares_memory(a, b), name
+
+
 WRONG = [
     {"t_span": (0.0, math.nan)}, {"t_span": (0.0,)}, {"t_span": (0.0, 1.0, 2.0)},
     {"t_span": (0.0, "b")}, {"t_span": 1.0}, {"t_eval": [0.5, 2.0]}, {"t_eval": [0.75, 0.5]},

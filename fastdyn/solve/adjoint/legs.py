@@ -7,9 +7,6 @@ import numpy as np
 
 from fastdyn.kernels.methods.adjoint import Steps
 from fastdyn.kernels.state.record import Y
-from fastdyn.run.memory import Counts
-
-N_OUT = Counts._fields.index("n_out")
 
 
 class Occurrence(NamedTuple):
@@ -103,7 +100,7 @@ def legs_of(run):
 
 def steps_in(plan, memory, n_eval, t0, y0, shared):
     """The times and states of the steps of a solve in its memory, which others may `share`."""
-    end, n = plan.counts(memory)[N_OUT], plan.n
+    (end,), n = plan.counts("n_out")(memory), plan.n
     of_t, of_y = plan.arrays["output.t"][0], plan.arrays["output.y"][0]
     t, y = memory[of_t + n_eval : of_t + end], memory[of_y + n_eval * n : of_y + end * n]
     t[0], y[:n] = t0, y0
