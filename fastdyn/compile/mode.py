@@ -158,6 +158,7 @@ RESIDUAL_SENSITIVITIES = _mode(
     "variational residual", argument="F", residual=True, sensitivities=True
 )
 SALTATION = _mode("saltation", argument="on_event", saltation=True)
+TIMED = _mode("timed")  # numbers of the time and the parameters alone, in any number
 VJP = _mode("vjp", adds=True)  # of (t, [y, k]): k df/dy, and k df/dp for parameters p
 MOMENTS: dict[tuple, Mode] = {
     moments: _mode(" ".join(moments), moments=moments)

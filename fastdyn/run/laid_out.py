@@ -166,8 +166,9 @@ class LaidOut(PythonBetween):
         """Give the kernel the segments of the span, or the changes that steps may jump over."""
         switching, watch = self.switching, watch_of(self.problem)
         if len(segments):
-            self._lay("output.segments", segments)
             watch = watch_kernel()
+        if len(segments) or switching is not None:  # which may have had segments before
+            self._lay("output.segments", segments)
         if switching is not None:
             self._lay("output.changes", switching.changes)
             self._lay("output.looks", switching.looks)

@@ -193,8 +193,15 @@ class Run(LaidOut):
         """The words of the kernel's arguments and of its Launch; both change with the plan."""
         return self._words, self._launch
 
+    def doubts(self, memory):
+        """Whether a step of a ReadyRun may have jumped over changes, of which nobody decided."""
+        record = self.plan.view(memory, "output.record")
+        return self.switching is not None and self.switching.doubts(record)
+
     def first_memory(self):
-        """The first content of a solve's memory, and its times of output or None."""
+        """The first content of a ReadyRun's memory, and its times of output or None."""
+        if self.switching is not None:
+            self.switching.leave_undecided()
         return self._image, self._t_eval
 
     def _go_on(self, status, n_steps, spent):

@@ -90,9 +90,8 @@ class ReadyRun:
         if problem.mode.sensitivities:  # which follow the state, and begin as they are
             self._n = problem.fun.n
         self._image, self._t_eval = run.first_memory()
-        p = run.problem
         self.span: Any = None
-        self._span = p.t0, p.tf, problem.h, problem.h_max
+        self._span = problem.t0, problem.tf, problem.h, problem.h_max
         self._switched: Any = None  # the key of the switching times that the image has
         self.sizes: Any = None  # of the values of sensitivities, whose tolerances the image has
         self._times = b""
@@ -168,10 +167,7 @@ class ReadyRun:
         self.go = go
 
     def _read_all(self, fun, args, events) -> Any:
-        """The values of all functions, which live until the kernel ends; None as of a reader.
-
-        The switching times become those of the values.
-        """
+        """The values of all functions, which live until the kernel ends; None as of a reader."""
         held = []
         for (read, block), function in zip(self._readers, (fun, *events), strict=True):
             held.append(read(function, args, block))
@@ -184,13 +180,11 @@ class ReadyRun:
     def _switch(self, given):
         """Let the steps end at the switching times for the given values of the equations."""
         t0, tf, h, h_max = self._span
-        switching = self.run.switching
-        key = switching.key(given, t0, tf)
-        if key != self._switched:
-            segments, h_max = switching.segments(given, t0, tf, h_max, self.problem.segments)
+        found = self.run.switching.segments(given, t0, tf, h_max, self.problem.segments)
+        if found is not self._switched:
+            segments, h_max = self._switched = found
             self.run.lay_segments(segments)
             fill_span(self._image, t0, tf, h, h_max, segments)
-            self._switched = key
 
     def go_on(self, problem, memory, status):
         """Continue the solve of a problem after the first chunk, as any Run; return the status."""
@@ -211,7 +205,8 @@ class ReadyRun:
             return True
         t0, tf = t_span
         p, length = self.problem, abs(tf - t0)
-        if not (length > 0.0 and abs(t0) <= LATEST and abs(tf) <= LATEST):
+        elsewhere = len(p.segments) and (t0, tf) != (p.t0, p.tf)  # with other breakpoints
+        if elsewhere or not (length > 0.0 and abs(t0) <= LATEST and abs(tf) <= LATEST):
             return False
         h, h_max = p.h, p.h_max
         if not p.method.error_order:
@@ -225,7 +220,7 @@ class ReadyRun:
             h_max = length * p.method.h_max_share
         elif h_max < 10 * math.ulp(max(abs(t0), abs(tf))):  # the run might never end
             return False
-        fill_span(self._image, t0, tf, h, h_max)
+        fill_span(self._image, t0, tf, h, h_max, p.segments)
         self.span, self._times, self._span = t_span, b"", (float(t0), float(tf), h, h_max)
         self._switched = None
         return True
@@ -261,10 +256,11 @@ class ReadyRun:
         fill_atol(self._image, self.run.plan, atol)
 
     def taken(self):
-        """The span, the step sizes and the times of output that the next solve has."""
+        """The span, the step sizes, segments and times of output that the next solve has."""
         (t0, tf, h, h_max), times = self._span, self._t_eval
+        segments, h_max = self._switched or (self.problem.segments, h_max)
         return {
-            "t0": t0, "tf": tf, "h": h, "h_max": h_max,
+            "t0": t0, "tf": tf, "h": h, "h_max": h_max, "segments": segments,
             "t_eval": None if times is None else times.astype(self.problem.t_eval.dtype),
         }  # fmt: skip
 
@@ -385,7 +381,9 @@ class Solver:
 
     def finish(self, ready, memory, status, fun, args, others):
         """The result of a solve after its first chunk of steps; None if the code gave up."""
-        p, run = self.present(ready, fun, args, others), ready.run
+        if (run := ready.run).doubts(memory):
+            return None
+        p = self.present(ready, fun, args, others)
         for bound, function in zip(run.bounds, (fun, *others), strict=True):
             bound.keepalive[:] = function, args, bound.function
         self.goes_on(p, run)

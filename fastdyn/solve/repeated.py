@@ -141,9 +141,11 @@ def _may_come_again(problem, options):
         return False
     if not all(option.in_key and option.methods(p.method) for option in known):
         return False
-    if p.mode.second_order or p.mode.complex_numbers or len(p.segments):
+    if p.mode.second_order or p.mode.complex_numbers or p.schedules:
         return False  # the form q'' = a(t, q) is checked at each call
     if times is not None and not (times.dtype.kind in "fiu" and len(times)):
+        return False
+    if len(p.segments) == 1 and np.size(options["breakpoints"]):  # none is within: a warning
         return False
     plain = p.rtol.__class__ is float  # an rtol that is raised is an array
     return plain and (not p.method.error_order or bool(np.all(p.atol > 0)))

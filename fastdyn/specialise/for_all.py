@@ -18,6 +18,7 @@ FOR_ALL = {  # name: function in `kernels`, signature in `specialise`
     "interpolant": ("output.dense_output.interpolant", "signatures.INTERPOLANT"),
     "many": ("output.whole_solves.solve_many", "signatures.MANY"),
     "whole solve": ("output.whole_solves.whole_solve", "signatures.WHOLE_SOLVE"),
+    "decide": ("output.changes.decide", "signatures_of_changes.DECIDE"),  # about switching times
     "events": ("output.events.open_events", "signatures.OPEN"),
     "all roots": ("output.series_roots.all_roots.find_all", "signatures.FIND"),  # of a step
     "open survey": ("output.invariants.open_survey", "signatures.OPEN_SURVEY"),

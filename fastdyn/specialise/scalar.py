@@ -175,6 +175,7 @@ def serve_kernel(*sample):
 code_store.OFFERED[FACTORS] = kernel_for_all("factors")
 code_store.OFFERED[SOLUTION] = kernel_for_all("solution")
 both_of_pair = kernel_for_all("both of a pair")
+decide_kernel = kernel_for_all("decide")
 evaluate_kernel = kernel_for_all("evaluate")
 newton_kernel = kernel_for_all("newton")
 residuals_kernel = kernel_for_all("residuals")

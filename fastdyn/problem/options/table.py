@@ -281,7 +281,7 @@ ALL_OPTIONS = (
         "breakpoints", "array_like of float",
         "Times at which `fun` has a kink or a jump: adaptive methods end a step there.",
         adaptive, kind=kinds.times,
-        refused=_not("energy_drift", "SciPy", solve_dae_ensemble=BEHIND),
+        refused=_not("energy_drift", "SciPy", solve_dae_ensemble=BEHIND), in_key=True,
     ),
     Option(
         "project", "callable",

@@ -6,6 +6,7 @@ change that a sweep takes, nothing else shows the change to the steps: those of 
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.problem.step_options import segments_of_members, segments_of_span
 from fastdyn.trace.reads.reads import flat
 from fastdyn.trace.switching.divisions import MOST_TOLD
+
+from .deciding import Deciding
 
 KEPT, TOLD = "switching times", "told of a lost change"  # keys of a Function's notes
 NO_TIMES = np.empty(0)
@@ -68,20 +71,21 @@ class Switching:
 
     def __init__(self, bound, switches, hidden, ends, method):
         self._switches, self._hidden = switches, hidden
-        self._notes, self.ends = bound.function.notes, ends
+        self._bound, self._notes, self.ends = bound, bound.function.notes, ends
         self._name = method.name.removesuffix(ON_PAIRS)
         self.changes, self.looks = NO_TIMES, np.array(method.looks)
-        begin, self._groups = 0, []  # on which the times depend
+        self.decides = True  # whether those of the changes that steps look at are left out
+        self._deciding = {
+            each: Deciding(bound, each, not ends) for each in (switches, hidden) if each
+        }
+        begin, self._groups = 0, {each: [] for each in self._deciding}
         for i, group in enumerate(bound.function.traced.trace.reads.groups):
             end = begin + (1 if group.shape is None else math.prod(group.shape))
-            if any(slots.start < end and slots.stop > begin for slots in switches.slots):
-                self._groups.append(i)
+            for each, groups in self._groups.items():
+                if any(slots.start < end and slots.stop > begin for slots in each.slots_of_times):
+                    groups.append(i)
             begin = end
-
-    def key(self, given, t0, tf):
-        """The values and the span, on which the switching times depend."""
-        found = [given[i] for i in self._groups]
-        return t0, tf, *[v.tobytes() if isinstance(v, np.ndarray) else v for v in found]
+        self._last: Any = None
 
     def taken(self, problem, given):
         """The problem of a solve, whose steps may end at the switching times, too."""
@@ -93,18 +97,25 @@ class Switching:
         """The segments of a span that has the segments `asked` otherwise, and the longest step.
 
         Where there are too many switching times, those of a first part of the span end steps, and
-        no step is longer than the shortest distance between these.
+        no step is longer than the shortest distance between these.  The result is the same object
+        if nothing has changed.
         """
-        found = self._times(self._switches, given, t0, tf)
+        found = [self._times(each, given, t0, tf) for each in self._deciding]
+        key = *map(id, found), t0, tf, h_max, id(asked)
+        if self._last is None or self._last[0] != key:
+            kept = self._segments(*found, t0=t0, tf=tf, h_max=h_max, asked=asked)
+            self._last = key, kept, found, asked
+        return self._last[1]
+
+    def _segments(self, found, hidden=None, *, t0, tf, h_max, asked):
         if not self.ends:
             changes = found.t[found.sharp]
             several = len(changes) > 1  # a single change is seen behind it
             self.changes = (changes if tf > t0 else changes[::-1].copy()) if several else NO_TIMES
-        if self._hidden is not None:
-            both = self._times(self._hidden, given, t0, tf)
+        if hidden is not None:
             shown = found.t if not self.ends else NO_TIMES
-            found = both._replace(t=both.t[~np.isin(both.t, shown)])
-        if not self.ends and (self._hidden is None or not len(found.t)):
+            found = hidden._replace(t=hidden.t[~np.isin(hidden.t, shown)])
+        if not len(found.t) or not (self.ends or hidden is not None):
             return asked, h_max
         times = found.t if not len(asked) else np.r_[found.t, asked[:-1, 2]]
         if found.end != tf and len(found.t) > 1:
@@ -113,12 +124,36 @@ class Switching:
 
     def _times(self, switches, given, t0, tf):
         """The Times of Switches in a span; the last ones are kept."""
-        key, most = self.key(given, t0, tf), None if self.ends else MOST_TOLD
+        found = self._candidates(switches, given, t0, tf)
+        deciding = self._deciding[switches]
+        return deciding.times(found, given) if self.decides else deciding.all_of(found)
+
+    def doubts(self, record):
+        """Whether a step may have jumped over changes of which none is known to matter.
+
+        From then on, it is decided which matter.
+        """
+        self.decides, before = self.decides or bool(record["jumped"][0]), self.decides
+        return self.decides and not before
+
+    def leave_undecided(self):
+        """Take all changes as if they mattered, where steps do not end at them."""
+        self.decides = self.ends or bool(self._hidden)
+
+    def _candidates(self, switches, given, t0, tf):
+        """The Candidates in a span; the last ones of the function are kept."""
+        values = [given[i] for i in self._groups[switches]]
+        key = [v.tobytes() if isinstance(v, np.ndarray) else v for v in values]
+        most = None if self.ends else MOST_TOLD
         place = KEPT, most, switches
-        kept = self._notes.get(place)
-        if kept is None or kept[0] != key:
-            kept = self._notes[place] = key, switches.times(flat(given), t0, tf, most=most)
-        return kept[1]
+        of_values, of_span, grids, found = self._notes.get(place, (None,) * 4)
+        if of_values != key:
+            of_span, grids = None, switches.grids(flat(given))
+        if of_span != (t0, tf):
+            values = None if grids else flat(given)
+            found = switches.candidates(values, t0, tf, most=most, grids=grids)
+            self._notes[place] = key, (t0, tf), grids, found
+        return found
 
     def tell(self, bound, record):
         """Warn, once a function, if a step jumped over changes; `record` is of the output."""

@@ -118,7 +118,7 @@ class Again:
         varying = tuple(sorted(positions))
         self._known = known_trace(p.fun, p.args, DERIVATIVE, len(p.y0), varying)
         run = run_of(p._replace(differentiated=positions), Keeping)
-        if self._known is None or decides(self._product.bound) or run.switching is not None:
+        if self._known is None or decides(self._product.bound):
             raise Uncompilable("its solves are looked at")
         if p.method.backward == "stages" and p.method.error_order:
             self._sweeps = Sweeps(p, self._product, self._directions)
@@ -166,7 +166,7 @@ class Again:
         if legs is None:
             memory, shared = result["vjp"]
             steps = steps_in(run.plan, memory, len(times), taken["t0"], ready.room, shared)
-        if steps is not None and self._is_plain():
+        if steps is not None and not len(taken["segments"]) and self._is_plain():
             self._schedule.left[0] -= 1
             blocks = run.bounds[0].block.copy(), block
             pairs = zip(self._copied, (given, values), blocks, strict=True)

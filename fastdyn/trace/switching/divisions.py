@@ -1,7 +1,5 @@
 """Divides spans at the times where expressions of the time switch: see `switches`."""
 
-import itertools
-import math
 from typing import Any
 
 import numpy as np
@@ -9,7 +7,8 @@ import numpy as np
 from ..graph.evaluate import evaluate
 from ..graph.values import contents
 from ..operations import OPERATIONS
-from .straight_lines import compares
+from .decided import EPS, FAR, ROUNDINGS, Candidates, Parameters, weights
+from .straight_lines import TooMany, compares
 
 CONSTANT, AFFINE, MONOTONE, ANY = range(4)  # kinds of an expression between the divisions
 MOST = 2**21  # divisions of a span, or of all spans
@@ -17,37 +16,6 @@ MOST = 2**21  # divisions of a span, or of all spans
 MOST_TOLD = 2**14
 SAMPLES, MOST_SAMPLES, IN_ALL = 16, 1024, 2**14  # in an interval, the most there, in all intervals
 HALVINGS = 54
-FAR = 2.0**500  # stands for infinite times
-EPS = float(np.finfo(float).eps)
-ROUNDINGS = 16 * EPS  # distance of times that count as equal, as a share of the largest time
-NEAR = 1e-4  # distance of the points that show a jump or kink, as a share of the interval
-NOISE = 1e-6  # smallest jump, and smallest kink, as a share of the range of the values
-# A table is as good as its chords where they differ by less than this share of its range; knots
-# with larger bends are switching times, and of smaller ones as many as the bends add up to.
-CHORD = 1e-3
-SHARP = 0.1  # CHORD, and smallest jump, of the changes of which a user is told
-
-
-class TooMany(Exception):
-    """There are more divisions than asked for; a span of this `length` has fewer, perhaps."""
-
-    def __init__(self, length):
-        super().__init__()
-        self.length = length
-
-
-class Parameters:
-    """The parameters at points of members, by slot."""
-
-    def __init__(self, common, varying, member):
-        self._common, self._varying, self._member = common, varying, member
-
-    def __getitem__(self, slot):
-        varying = self._varying.get(slot)
-        return self._common[slot] if varying is None else varying[self._member]
-
-    def __array__(self, dtype=None, copy=None):
-        return np.asarray(self._common, dtype)
 
 
 class Divisions:
@@ -62,21 +30,28 @@ class Divisions:
         self.at_ends: list = []
         self._intervals: Any = None
 
-    def value(self, node, member, t, common=None):
-        """An expression at times of members; `common` stands for the parameters of all members."""
+    def value(self, node, member, t):
+        """An expression at times of members."""
         if not len(t):
             return np.empty(0)
-        values, varying = self._values
-        given = Parameters(values if common is None else common, varying, member)
+        given = Parameters(*self._values, member)
         return evaluate(self.of.graph, [node], t, (), given)[0][0]
 
-    def found(self):
-        """Members, times, and whether they are sharp."""
+    def found(self, end) -> Candidates:
+        """The Candidates, which are all up to a time."""
         kinds: dict = {}
         with np.errstate(all="ignore"):
             for node in self.of.nodes:
                 kinds[node.key] = self._kind(node, [kinds.get(a.key, CONSTANT) for a in node.args])
-            return self._that_matter()
+        member, times = (
+            map(np.array, zip(*sorted(set(self.at_ends)), strict=True))
+            if (self.at_ends)
+            else (np.empty(0, int), np.empty(0))
+        )
+        span = self.first, self.last
+        return Candidates(
+            self.member, self.t, self.weight, (member, times), span, end, False, self.count
+        )
 
     # -- divisions
 
@@ -266,15 +241,12 @@ class Divisions:
         degree = {"search": 0, "interpolate": 1}.get(node.op, len(rows) - 1)
         weight = None
         if degree > 1:
-            heights = self._of_table(node, knots)
-            weight = _weights(_bends(knots, heights))[k.astype(int)]
+            heights = np.asarray(self.of.graph.compute(node, [knots], self._values[0]), float)
+            weight = weigh(knots, heights)[k.astype(int)]
         self._divide(member, t, weight)
         if degree == 0:
             return CONSTANT
         return kind if degree == 1 else ANY
-
-    def _of_table(self, node, knots):
-        return np.asarray(self.of.graph.compute(node, [knots], self._values[0]), float)
 
     def _call(self, node, kinds):
         name, args = node.op, node.args
@@ -292,54 +264,6 @@ class Divisions:
             self._zeros(self._of(args[0]), kinds[0])
         return _of_monotone(kinds[0]) if OPERATIONS[name].monotone else ANY
 
-    # -- what matters
-
-    def _that_matter(self):
-        """The divisions at which a number that meets the state jumps or bends."""
-        n = len(self.t)
-        keep, sharp = np.zeros(n, bool), np.zeros(n, bool)
-        if n:
-            jump, bend = self._changes()
-            weight = np.maximum(_weights(bend), self.weight)
-            sharp = (jump > SHARP) | _added_up(weight * math.sqrt(CHORD / SHARP))
-            keep = (jump > NOISE) | sharp | _added_up(weight)
-        member, t = self.member[keep], self.t[keep]
-        if self.at_ends:
-            more, times = map(np.array, zip(*sorted(set(self.at_ends)), strict=True))
-            member, t = np.r_[member, more], np.r_[t, times]
-            sharp = np.r_[sharp[keep], np.zeros(len(more), bool)]
-            order = np.lexsort((t, member))
-            return member[order], t[order], sharp[order]
-        return member, t, sharp[keep]
-
-    def _changes(self):
-        """The largest jump and bend at each division, as shares of the ranges of values."""
-        member, begin, end = self.intervals
-        behind = np.flatnonzero(np.r_[False, member[1:] == member[:-1]])  # intervals after each
-        length = np.where(end - begin > 1e-3 * FAR, 1.0, end - begin)
-        left, right = length[behind - 1], length[behind]
-        points = [self.t - k * NEAR * left for k in (3, 2, 1)]
-        points += [self.t + k * NEAR * right for k in (1, 2, 3)]
-        owners = np.tile(self.member, 6)
-        jump, bend = np.zeros(len(self.t)), np.zeros(len(self.t))
-        starts = np.flatnonzero(np.r_[True, np.diff(self.member) != 0])
-        sizes = np.diff(np.r_[starts, len(self.t)])
-        shorter = np.minimum(left, right)
-        for node, common in itertools.product(self.of.seen, self.of.looked_at(self._values[0])):
-            f = self.value(node, owners, np.concatenate(points), common).reshape(6, -1)
-            low = np.fmin.reduceat(np.fmin.reduce(f, axis=0), starts)
-            high = np.fmax.reduceat(np.fmax.reduce(f, axis=0), starts)
-            size = np.repeat(high - low, sizes)
-            before, after = 3.0 * (f[2] - f[1]) + f[0], 3.0 * (f[3] - f[4]) + f[5]
-            step = np.abs(after - before) / size
-            slope = (5.0 * f[2] - 8.0 * f[1] + 3.0 * f[0]) / (2.0 * NEAR * left)
-            slope_after = (-5.0 * f[3] + 8.0 * f[4] - 3.0 * f[5]) / (2.0 * NEAR * right)
-            kink = np.abs(slope_after - slope) * shorter / size
-            one_sided = np.isnan(f[2]) != np.isnan(f[3])
-            jump = np.maximum(jump, np.where(one_sided, 1.0, np.nan_to_num(step, posinf=1.0)))
-            bend = np.maximum(bend, np.nan_to_num(kink, posinf=0.0))
-        return jump, bend
-
 
 def _sum(a, b):
     """The kind of a sum or a difference."""
@@ -351,14 +275,9 @@ def _of_monotone(kind):
     return kind if kind in (CONSTANT, ANY) else MONOTONE
 
 
-def _weights(bend):
-    """The share of a switching time that each bend counts: see CHORD."""
-    return np.sqrt(np.where(bend > NOISE, bend, 0.0) / (8.0 * CHORD))
-
-
-def _added_up(weight):
-    """Where the sum of weights reaches the next whole number."""
-    return np.diff(np.floor(np.cumsum(weight)), prepend=0.0) > 0.0
+def weigh(knots, heights):
+    """The weights of the knots of a smooth table: see CHORD of `decided`."""
+    return weights(_bends(knots, heights))
 
 
 def _bends(knots, heights):

@@ -11,33 +11,16 @@ or bends, for the values of the parameters, or for other values of those that ar
 where equal pieces of a table meet, the derivatives by the pieces jump.
 """
 
-import itertools
-from typing import NamedTuple
-
 import numpy as np
 
-from ..graph.evaluate import evaluate
 from ..graph.expressions import live
 from ..graph.values import ranges_of
-from ..operations import OPERATIONS
 from . import divisions
-from .divisions import FAR, NOISE, ROUNDINGS, Divisions, Parameters, TooMany
-from .straight_lines import compares, straight_lines
+from .decided import FAR, Candidates, Times, decided
+from .divisions import Divisions, weigh
+from .straight_lines import TooMany, degree, may_switch, straight_lines
 
 OF_STATE = frozenset(("y", "item", "arg"))
-NEAR = 1e-9  # distance of the points that show a jump at an end, as a share of the span
-
-
-class Times(NamedTuple):
-    """Switching times in rising order for each member; `end` is the time up to which they are all.
-
-    `sharp` tells which are large jumps and bends: see SHARP of `divisions`.
-    """
-
-    member: np.ndarray
-    t: np.ndarray
-    sharp: np.ndarray
-    end: float
 
 
 class Switches:
@@ -45,21 +28,25 @@ class Switches:
 
     Attributes
     ----------
-    slots : list of range
-        The slots of the parameters on which the times depend.
+    slots, slots_of_times : list of range
+        The slots of the parameters on which the switching times depend, and of those on which
+        depends where the function may switch.  The others decide whether it does.
+    differentiated : ndarray of int
+        Slots of parameters by which derivatives are taken.
     """
 
     def __init__(self, graph, timed, seen, switching, differentiated):
         self.graph, self.timed, self.seen = graph, timed, seen
-        self._differentiated = np.array(differentiated, int)
+        self.differentiated = np.array(differentiated, int)
         self.nodes = [node for node in live(switching) if node.key in timed]
-        found: set = set()
-        for node in live(seen):
-            if node.op == "par":
-                found.add(range(node.data, node.data + 1))
-            found.update(ranges_of(node, graph.tables))
-        self.slots = sorted(found, key=lambda slots: slots.start)
-        self._lines = straight_lines(graph, timed, switching)
+        self.slots = _slots(graph, live(seen))
+        of_times = _slots(graph, live([a for node in switching for a in node.args]))
+        for node in switching:
+            ranges = ranges_of(node, graph.tables)
+            if ranges and node.op != "table":  # whose entries decide
+                of_times += ranges[: None if degree(node) > 1 else 1]
+        self.slots_of_times = of_times
+        self._lines = straight_lines(graph, timed, seen, weigh)
 
     def times(self, values, t0, tf, count=1, varying=None, most=None) -> Times:
         """The switching times between t0 and tf, which may be infinite.
@@ -75,72 +62,79 @@ class Switches:
         most : int, optional
             The largest number of times for one member; `divisions.MOST` if None.
         """
-        found = self._all_times(values, t0, tf, count, varying or {}, most or divisions.MOST)
-        ends = [t for t in (t0, tf) if abs(t) < FAR]
-        off = ROUNDINGS * max(map(abs, ends))
-        at_end = np.min([np.abs(found.t - t) for t in ends], axis=0) <= off
-        if not at_end.any():
-            return found
-        keep, (member, t) = ~at_end, (each[at_end] for each in found[:2])
-        keep[at_end] = self._jumps_at_ends(values, varying or {}, member, t, t0, tf)
-        return Times(found.member[keep], found.t[keep], found.sharp[keep], found.end)
+        found = self.candidates(values, t0, tf, count, varying, most)
+        return decided(self, found, values, varying or {})
+
+    def candidates(self, values, t0, tf, count=1, varying=None, most=None, grids=None):
+        """The Candidates between t0 and tf; `grids` are known for these values."""
+        lines, most = self._lines, most or divisions.MOST
+        if lines is None or (count > 1 and not lines.sure):
+            return self._divided(values, t0, tf, count, varying or {}, most)
+        first, last, end = max(min(t0, tf), -FAR), min(max(t0, tf), FAR), tf
+        grids = grids or lines.grids(values, varying)
+        while True:
+            try:
+                return lines.candidates(grids, first, last, end, count, most)
+            except TooMany as reason:
+                first, last, end = _part(reason, first, last, t0, tf)
+
+    def grids(self, values):
+        """What the Candidates of all spans have in common for values; None if they have nothing."""
+        return None if self._lines is None else self._lines.grids(values)
 
     def looked_at(self, values):
         """The parameters, and others with random numbers for those that are differentiated."""
-        moved = self._differentiated
+        moved = self.differentiated
         if not len(moved):
             return [values]
         other, rng = np.array(values, float), np.random.default_rng(0)
         other[moved] += rng.uniform(1.0, 2.0, len(moved)) * (np.abs(other[moved]).max() or 1.0)
         return [values, other]
 
-    def _jumps_at_ends(self, values, varying, member, t, t0, tf):
-        """Whether a number jumps between an end of the span, near the times t, and the span."""
-        end = np.where(np.abs(t - t0) <= np.abs(t - tf), t0, tf)
-        inwards = np.where(end == min(t0, tf), 1.0, -1.0) * NEAR * min(abs(tf - t0), 1.0)
-        jumps = np.zeros(len(t), bool)
-        all_given = [Parameters(each, varying, member) for each in self.looked_at(values)]
-        for node, given in itertools.product(self.seen, all_given):
-            there, near, far = (
-                evaluate(self.graph, [node], end + k * inwards, (), given)[0][0] for k in range(3)
-            )
-            limit = 2.0 * near - far
-            size = np.maximum(np.abs(there), np.abs(limit))
-            jumps |= ~(np.abs(there - limit) <= NOISE * size)  # also where one is not a number
-        return jumps
-
-    def _all_times(self, values, t0, tf, count, varying, most):
-        """The Times, with all at the ends of the span."""
+    def _divided(self, values, t0, tf, count, varying, most):
         first, last, end = max(min(t0, tf), -FAR), min(max(t0, tf), FAR), tf
-        if self._lines is not None:
-            return Times(*self._lines.times(values, varying, first, last, count), tf)
         while True:
             try:
-                found = Divisions(self, values, varying, first, last, count, most).found()
-                return Times(*found, end)
+                return Divisions(self, values, varying, first, last, count, most).found(end)
             except TooMany as reason:
                 if count > 1:
                     return self._of_halves(values, t0, tf, count, varying, most)
-                length = min(reason.length, 0.5 * (last - first))
-                if tf < t0:
-                    end = first = last - length
-                else:
-                    end = last = first + length
+                first, last, end = _part(reason, first, last, t0, tf)
 
     def _of_halves(self, values, t0, tf, count, varying, most):
-        """The Times of many members, from those of two halves of them."""
+        """The Candidates of many members, from those of two halves of them."""
         half = count // 2
         parts = [
             {slot: v[part] for slot, v in varying.items()}
             for part in (slice(half), slice(half, None))
         ]
-        one = self._all_times(values, t0, tf, half, parts[0], most)
-        other = self._all_times(values, t0, tf, count - half, parts[1], most)
-        end = one.end if abs(one.end - t0) < abs(other.end - t0) else other.end
-        return Times(
+        one = self._divided(values, t0, tf, half, parts[0], most)
+        other = self._divided(values, t0, tf, count - half, parts[1], most)
+        shorter = one if abs(one.end - t0) < abs(other.end - t0) else other
+        ends = zip(one.at_ends, (other.at_ends[0] + half, other.at_ends[1]), strict=True)
+        return Candidates(
             np.r_[one.member, other.member + half], np.r_[one.t, other.t],
-            np.r_[one.sharp, other.sharp], end,
+            np.r_[one.weight, other.weight], tuple(map(np.concatenate, ends)),
+            shorter.span, shorter.end, False, count,
         )  # fmt: skip
+
+
+def _part(reason, first, last, t0, tf):
+    """The first and the last time, and the end, of a part of a span with fewer times."""
+    length = min(reason.length, 0.5 * (last - first))
+    return (
+        (last - length, last, last - length) if tf < t0 else (first, first + length, first + length)
+    )
+
+
+def _slots(graph, nodes):
+    """The slots of the parameters among nodes."""
+    found: set = set()
+    for node in nodes:
+        if node.op == "par":
+            found.add(range(node.data, node.data + 1))
+        found.update(ranges_of(node, graph.tables))
+    return sorted(found, key=lambda slots: slots.start)
 
 
 def switches(graph, outputs, differentiated=()):
@@ -157,13 +151,5 @@ def switches(graph, outputs, differentiated=()):
         elif node.op == "t" or any(a.key in timed for a in node.args):
             timed.add(node.key)
     seen = [node for node in seen.values() if node.key in timed]
-    switching = [node for node in live(seen) if node.key in timed and _may_switch(node)]
+    switching = [node for node in live(seen) if node.key in timed and may_switch(node)]
     return Switches(graph, timed, seen, switching, differentiated) if switching else None
-
-
-def _may_switch(node):
-    if compares(node):
-        return node.args[0] is not node.args[1]  # else a test for NaN
-    operation = OPERATIONS[node.op]
-    jumps = operation.decision and node.op != "select"  # the condition of a select switches
-    return jumps or operation.kinked or operation.tables

@@ -1,0 +1,130 @@
+"""Which switching times matter, decided in compiled code for values that change between solves.
+
+A first solve decides by NumPy (`trace.switching.decided`), in a millisecond and without new machine
+code.  From the MANYth decision on, the numbers that meet the state have code of their own.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from fastdyn.code_store import Call
+from fastdyn.compile.mode import TIMED
+from fastdyn.kernels.calls.block import ADDRESS, FIRST
+from fastdyn.specialise.scalar import decide_kernel
+from fastdyn.trace.graph.refusal import Refusal
+from fastdyn.trace.operations import OPERATIONS
+from fastdyn.trace.reads.reads import flat
+from fastdyn.trace.switching import decided
+
+MANY = 3  # decisions; the code costs as much as some five decisions by NumPy
+KEPT = 1.0  # of the kernel's marks; SHARP is larger
+POINTS = 7  # rows of room, see the kernel
+
+
+class Deciding:
+    """Decides for the present values in the block of a Bound which Candidates matter.
+
+    `sharp` tells whether anybody asks which of them are sharp.
+    """
+
+    def __init__(self, bound, switches, sharp):
+        self._bound, self._switches, self._sharp = bound, switches, sharp
+        self._count, self._found, self._marks = 0, None, b""
+        self._call: Any = None
+        self._times: Any = None
+        self._others: Any = None  # for other values of what is differentiated: their key, masks
+
+    def times(self, found, given):
+        """The Times among Candidates; the same object if nothing has changed."""
+        plain = not len(found.at_ends[0]) and (found.sure or not len(found.t))
+        if plain:
+            return self.all_of(found)
+        self._count += 1
+        if self._count >= MANY and self._compiled() is not None:
+            return self._by_code(found, given)
+        times = decided.decided(self._switches, found, flat(given), {})
+        self._found, self._times, self._marks = found, times, b""
+        return times
+
+    def all_of(self, found):
+        """The Times if all Candidates matter."""
+        if found is not self._found or self._marks:
+            self._found, self._marks = found, b""
+            self._times = decided.all_of(found)
+        return self._times
+
+    def _by_code(self, found, given):
+        call, block = self._call, self._block
+        block[FIRST:] = self._bound.block[FIRST:]
+        if found is not self._found or not self._marks:
+            self._lay(found)
+        others = self._of_others(found, given) if len(self._switches.differentiated) else None
+        call()
+        marks = self._room.tobytes() if self._sharp else (self._room >= KEPT).tobytes()
+        if marks != self._marks or (others is not None and others is not self._others):
+            self._marks, self._others, n = marks, others, len(found.t)
+            masks = self._room[:n] >= KEPT, self._room[:n] > KEPT, self._room[n:] >= KEPT
+            if others is not None:
+                masks = [one | other for one, other in zip(masks, others[1], strict=True)]
+            self._times = decided.with_ends(found, *masks)
+        return self._times
+
+    def _of_others(self, found, given):
+        """The key and the masks of Candidates for other values of what is differentiated."""
+        values = flat(given)
+        others = self._switches.looked_at(values)[1]
+        values[self._switches.differentiated] = 0.0
+        key = values.tobytes()
+        if found is self._found and self._others is not None and self._others[0] == key:
+            return self._others
+        return key, decided.masks(self._switches, found, [others], {})
+
+    def _lay(self, found):
+        """Give the kernel other times; those that are sure are marked once."""
+        call, nothing = self._call, np.empty(0)
+        self._found, self._marks, self._others = found, b"", None
+        first, last = found.span
+        call["limits.first"], call["limits.last"] = first, last
+        call["t"], call["weight"] = (nothing, nothing) if found.sure else (found.t, found.weight)
+        call["ends"] = np.ascontiguousarray(found.at_ends[1])
+        self._room = np.full(len(found.t) + len(found.at_ends[1]), 2.0 * KEPT)
+        call["marks"] = self._room[len(found.t) :] if found.sure else self._room
+
+    def _compiled(self):
+        """The call of the kernel; None if the numbers have no code of their own."""
+        bound, switches = self._bound, self._switches
+        if self._call is not None or bound.function.in_batches:
+            return self._call
+        function = bound.function.derived(("numbers of the time", switches), self._made)
+        if function is None:
+            return None
+        n = len(switches.seen)
+        self._function, self._block = function, bound.block.copy()
+        self._block[ADDRESS] = function.address
+        limits = (
+            0.0, 1.0, decided.NEAR, decided.NEAR_END, decided.NOISE, decided.CHORD, decided.SHARP,
+            1e-3 * decided.FAR,
+        )  # fmt: skip
+        room, nothing = (np.zeros((POINTS, n)), np.zeros((2, n))), np.empty(0)
+        self._call = Call(decide_kernel(), self._block, *limits, *[nothing] * 3, *room, nothing)
+        return self._call
+
+    def _made(self):
+        traced, g = self._bound.function.traced, self._switches.graph
+        try:
+            numbers = [_number(g, node) for node in self._switches.seen]
+            made = traced.with_outputs(numbers, TIMED, self._bound.n, g.false)
+            return made.compiled()
+        except Refusal:
+            return None
+
+
+def _number(graph, node):
+    """A node as a number: 1 or 0 for true or false."""
+    told = node
+    while told.op == "select":
+        told = told.args[1]
+    if not (OPERATIONS[told.op].truth or told in (graph.true, graph.false)):
+        return node
+    return graph.select(node, graph.const(1.0), graph.const(0.0))
