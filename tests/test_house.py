@@ -13,6 +13,7 @@ FILES = [p for d in ("fastdyn", "kernels", "tests", "bench") for p in (ROOT / d)
 LINES, BODY, PARAMETERS, FILES_A_FOLDER = 400, 66, 10, 15
 REGISTRIES = {"fastdyn/derive/pages", "kernels/methods"}  # each file is an entry
 DOORS = {"jax.py", "torch.py", "pytensor.py"}  # of other libraries: a file each, by its name
+SEVERAL = 14.36  # percent of assignments that are several on one line
 MANY = {"solve_ensemble", "solve_dae_ensemble", "energy_drift", "solve_bvp", "problem"}
 
 
@@ -93,3 +94,34 @@ def test_each_file_that_builds_llvm_says_why():
     found = [path for path, text in texts.items() if built.search(text)]
     assert len(found) > 10
     assert [path for path in found if "LLVM, because" not in texts[path]] == []
+
+
+def is_several(node):
+    """Whether a statement puts a tuple into a tuple, and is several statements on one line.
+
+    A swap, ``a, b = b, a``, is one statement: a value reads what stands left of its own target.
+    """
+    for target in node.targets:
+        if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+            earlier = set()
+            for one, value in zip(target.elts, node.value.elts, strict=False):
+                if earlier & {ast.dump(part) for part in ast.walk(value)}:
+                    return False
+                earlier.add(ast.dump(one).replace("Store()", "Load()"))
+            return True
+    return False
+
+
+def test_ever_fewer_assignments_are_several_on_one_line():
+    """One assignment a statement, but for swaps and the unpacking of one value.
+
+    The share may only fall.  Whoever has separated some runs this test, and writes the share that
+    the message names into SEVERAL.
+    """
+    paths = [path for folder in ("fastdyn", "kernels") for path in (ROOT / folder).rglob("*.py")]
+    nodes = [node for path in paths for node in ast.walk(tree(path))]
+    assignments = [node for node in nodes if isinstance(node, ast.Assign)]
+    share = 100 * sum(map(is_several, assignments)) / len(assignments)
+    assert len(assignments) > 10_000
+    assert share <= SEVERAL, f"{share:.2f} % of the assignments put a tuple into a tuple"
+    assert share > SEVERAL - 1.0, f"the share has fallen: write {share + 0.01:.2f} into SEVERAL"
