@@ -133,7 +133,7 @@ def dot(a, b, out=None):
     return stored(matmul(a, b), out)
 
 
-def einsum(subscripts, *operands, optimize=False, out=None, **_):
+def einsum(subscripts, *operands, out=None):
     """One product over all indices, summed over the indices that the result lacks."""
     if not isinstance(subscripts, str) or "." in subscripts:
         refuse("einsum in this way")

@@ -136,7 +136,7 @@ def fresh(array) -> Any:
 # -- new arrays
 
 
-def empty_like(a, dtype=None, order: Any = "K", subok=True, shape=None, **_):
+def empty_like(a, dtype=None, order: Any = "K", *, shape=None):
     """np.empty_like, of zeros."""
     a = array_of(a)
     kind = a.kind if dtype is None else kind_of(dtype)
@@ -146,16 +146,21 @@ def empty_like(a, dtype=None, order: Any = "K", subok=True, shape=None, **_):
 
 
 def spaced(start, stop, num=50, endpoint=True, retstep=False, dtype=None, axis=0):
-    """np.linspace between numbers that are symbols."""
+    """np.linspace between numbers, or arrays, that are symbols."""
+    if dtype is not None and kind_of(dtype) != "f":
+        refuse("np.linspace with dtype")
+    if axis != 0:
+        refuse("np.linspace with axis")
     num = int(num)
     step = (stop - start) / max(1, num - 1 if endpoint else num)
-    found = start + step * symbol(NOW.g, np.arange(float(num)))
+    shares = np.arange(float(num)).reshape(-1, *[1] * np.ndim(step))
+    found = start + step * symbol(NOW.g, shares)
     if endpoint and num > 1:
         found[-1] = stop
     return (found, step) if retstep else found
 
 
-def evenly(start, stop=None, step=1, dtype=None, **_):
+def evenly(start, stop=None, step=1, dtype=None):
     """np.arange of numbers that parameters determine."""
     return fresh(np.arange(*[_plain(v) for v in ([start] if stop is None else [start, stop, step])],
                            dtype=dtype))  # fmt: skip
@@ -181,7 +186,7 @@ def copied(target, source, casting="same_kind", where: Any = True):
 def reduction(ufunc):
     """np.sum, np.max and the like."""
 
-    def function(a, axis=None, dtype=None, out=None, keepdims=False, initial=None, where=True, **_):
+    def function(a, axis=None, dtype=None, out=None, keepdims=False, initial=None, where=True):
         return reduced(ufunc, array_of(a), axis, dtype, out, keepdims, initial, where)
 
     return function
@@ -200,8 +205,12 @@ def mean(a, axis=None, dtype=None, out=None, keepdims=False, *, where: Any = Tru
 
 def variance(a, axis=None, dtype=None, out=None, ddof=0, keepdims=False, *, where=True,
              mean: Any = np._NoValue, correction=np._NoValue):  # fmt: skip
-    if where is not True or correction is not np._NoValue or mean is not np._NoValue:
-        refuse("np.var in this way")
+    for name, value, plain in (
+        ("dtype", dtype, None), ("where", where, True), ("mean", mean, np._NoValue),
+        ("correction", correction, np._NoValue),
+    ):  # fmt: skip
+        if value is not plain:
+            refuse(f"np.var with {name}")
     a = array_of(a)
     away = a - _mean(a, axis, keepdims=True)
     squares = (
@@ -247,7 +256,8 @@ def place_of(name):
 
 
 def trace(a, offset=0, axis1=0, axis2=1, dtype=None, out=None):
-    return reduced("add", np.diagonal(array_of(a), offset, axis1, axis2), axis=-1, out=out)
+    diagonal = np.diagonal(array_of(a), offset, axis1, axis2)
+    return reduced("add", diagonal, axis=-1, dtype=dtype, out=out)
 
 
 # -- choices
@@ -262,7 +272,7 @@ def where_(condition, *choices):
     return np.asarray(found)[()] if isinstance(found, bool | np.bool_) else found
 
 
-def clip(a, a_min=None, a_max=None, out=None, *, min=None, max=None, **_):
+def clip(a, a_min=None, a_max=None, out=None, *, min=None, max=None):
     lowest, highest = (min if a_min is None else a_min), (max if a_max is None else a_max)
     found = symbol(graph_of(a, lowest, highest), a)
     if lowest is not None:

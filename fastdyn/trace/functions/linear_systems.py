@@ -25,7 +25,7 @@ MOST_PRODUCTS = 168
 MOST_ROWS = 64  # of a block in a loop; beyond, LAPACK's blocks of columns are faster
 
 
-def solution(a, b, transposed=False, **_):
+def solution(a, b, transposed=False):
     """np.linalg.solve by Gaussian elimination."""
     a, b = array_of(a), array_of(b)
     if not is_plain_square(a) or len(b) != len(a) or b.ids.ndim > 2:
@@ -231,7 +231,7 @@ def _eliminate(rows, k, i):
         rows[i][j] = _less(rows[i][j], product(factor, rows[k][j]))
 
 
-def determinant(a, **_):
+def determinant(a):
     """np.linalg.det, expanded along the first row; refuses more than six rows."""
     a = array_of(a)
     if not is_plain_square(a):

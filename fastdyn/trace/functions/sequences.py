@@ -50,7 +50,7 @@ def _exchanges(n):
 
 
 def _accumulate(name):
-    def function(a, axis=None, dtype=None, out=None, **_):
+    def function(a, axis=None, dtype=None, out=None):
         a = array_of(a)
         a, axis = (a.ravel(), 0) if axis is None else (a, axis)
         return getattr(np, name).accumulate(a, axis, dtype=dtype, out=out)

@@ -2,6 +2,8 @@
 
 import builtins
 import cmath
+import functools
+import inspect
 import logging
 import math
 import sys
@@ -32,6 +34,7 @@ FUNCTIONS: dict[Any, Any] = {
     **arrays.FUNCTIONS, **algebra.FUNCTIONS,
     **linear_systems.FUNCTIONS, **sequences.FUNCTIONS,
 }  # fmt: skip
+WITHOUT_EFFECT = {"device", "like", "optimize", "subok"}  # on the numbers
 OF_MASKED = {np.piecewise, np.copyto, np.asarray, np.asanyarray}
 OF_FILES = set("save savez savez_compressed savetxt load loadtxt genfromtxt fromfile".split())
 REFUSED = set(
@@ -62,6 +65,13 @@ def call_function(function, args, kwargs):
     if function in STRUCTURE:
         return structured(function, args, kwargs)
     own = FUNCTIONS.get(function) or scipy.written_out(function)
+    if function in FUNCTIONS and (taken := _options(own)):
+        strange = [name for name in kwargs if name not in taken | WITHOUT_EFFECT]
+        if strange and _vary(args, kwargs):
+            refuse(f"np.{function.__name__} with {strange[0]}")
+        if strange:
+            return _other(function, args, kwargs)
+        kwargs = {name: value for name, value in kwargs.items() if name in taken}
     source: Any = None if own else SOURCES.of(function)
     if source is function:
         return _other(function, args, kwargs)
@@ -78,6 +88,15 @@ def call_function(function, args, kwargs):
     if source or function in MAKERS or function in arrays.TYPED:
         return found
     return laid_out(function, args, kwargs, found)
+
+
+@functools.cache
+def _options(stand_in):
+    """The names of the arguments that a stand-in takes; empty if the stand-in passes all on."""
+    parameters = inspect.signature(stand_in).parameters.values()
+    if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
+        return frozenset()
+    return frozenset(parameter.name for parameter in parameters)
 
 
 def _other(function, args, kwargs):
