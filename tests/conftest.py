@@ -16,6 +16,8 @@ import matplotlib
 import numpy as np
 import pytest
 
+from support import hanging
+
 matplotlib.use("Agg")
 gc.set_threshold(100_000, 20, 100)  # compiling makes many small objects that live long
 if sys.platform == "linux":  # M_MMAP_THRESHOLD: long arrays go back to the system when they end
@@ -49,6 +51,15 @@ def pytest_sessionstart(session):
         subprocess.run(command, stdin=subprocess.DEVNULL, check=False)
 
 
+def pytest_configure(config):
+    config.stash[WATCH] = hanging.start(os.dup(2))  # nothing captures stderr yet
+
+
+def pytest_runtest_setup(item):
+    item.config.stash[WATCH][0].begin(item.nodeid)
+
+
+WATCH = pytest.StashKey()
 FAST = 80.0  # seconds of all tests of the fast tier: half a minute and the start on two cores
 _seconds: dict = {}  # of each test of this run
 
@@ -59,9 +70,10 @@ def pytest_runtest_logreport(report):
 
 def pytest_sessionfinish(session):
     """Note how long each test took, for ``--fast``."""
-    if "PYTEST_XDIST_WORKER" not in os.environ:
-        known = session.config.cache.get("seconds", {})
-        session.config.cache.set("seconds", known | _seconds)
+    session.config.stash[WATCH][1].set()
+    cache = getattr(session.config, "cache", None)  # without it: -p no:cacheprovider
+    if cache is not None and "PYTEST_XDIST_WORKER" not in os.environ:
+        cache.set("seconds", cache.get("seconds", {}) | _seconds)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -75,7 +87,8 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker("hunt")
     yield
     if config.getoption("fast"):
-        known, total = config.cache.get("seconds", {}), 0.0
+        cache, total = getattr(config, "cache", None), 0.0
+        known = cache.get("seconds", {}) if cache is not None else {}
         left_out = []
         for item in sorted(items, key=lambda item: known.get(item.nodeid, 0.0)):
             total += known.get(item.nodeid, 0.0)

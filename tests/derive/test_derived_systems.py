@@ -3,9 +3,9 @@
 import math
 import re
 
-import cloudpickle
 import numpy as np
 import pytest
+from numba import cloudpickle
 
 import fastdyn
 from fastdyn.cli.find import PAGES as LISTED
