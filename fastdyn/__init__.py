@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fastdyn.drift.energy import energy_drift
     from fastdyn.ensemble.solve import solve_ensemble
     from fastdyn.fitting import Fit, Free, Record, fit
+    from fastdyn.noise import solve_langevin, solve_sde
     from fastdyn.solve.boundary.solve import solve_bvp
     from fastdyn.solve.phases import Phase, solve_phases
     from fastdyn.solve.prepare import prepare
@@ -46,10 +47,12 @@ _LAZY = {  # name: module, imported when the name is first asked for
     "solve_dae": "fastdyn.dae.solve",
     "solve_dae_ensemble": "fastdyn.dae.ensemble.solve",
     "solve_ensemble": "fastdyn.ensemble.solve",
+    "solve_langevin": "fastdyn.noise",
     "solve_phases": "fastdyn.solve.phases",
+    "solve_sde": "fastdyn.noise",
 }
 _FOLDERS = (  # with public names of their own, imported when they are first asked for
-    "analysis", "dae", "derive", "drift", "ensemble", "matlab", "planets", "systems",
+    "analysis", "dae", "derive", "drift", "ensemble", "matlab", "noise", "planets", "systems",
 )  # fmt: skip
 _MOVED = {  # deprecated since 0.1.0: name: the folder that has the name now
     "Fold": "ensemble",
@@ -67,8 +70,8 @@ __all__ = [
     "METHODS", "CompileWarning", "Fit", "Free", "OdeResult", "OdeSolution", "Phase", "Record",
     "SingularMatrixError", "Stepper", "StiffnessWarning", "SwitchingWarning", "__version__",
     "analysis", "at", "constrained", "energy_drift", "every", "fit", "prepare", "solve_bvp",
-    "solve_dae", "solve_dae_ensemble", "solve_ensemble", "solve_ivp", "solve_linear",
-    "solve_phases", "systems",
+    "solve_dae", "solve_dae_ensemble", "solve_ensemble", "solve_ivp", "solve_langevin",
+    "solve_linear", "solve_phases", "solve_sde", "systems",
 ]  # fmt: skip
 
 

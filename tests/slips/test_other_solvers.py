@@ -23,6 +23,13 @@ from support.slips import (
 
 IVP = {"fun": fun, "t_span": (0, 1), "y0": [1.0, 0.0]}
 OF_BVP = {"fun": fun, "bc": fun, "x": [0.0, 0.5, 1.0], "y": np.zeros((2, 3))}
+OF_SDE = {
+    "drift": lambda t, y: -y, "diffusion": 0.1, "t_span": (0, 1), "y0": [1.0, 0.0], "step": 0.1,
+}  # fmt: skip
+OF_LANGEVIN = {
+    "accel": lambda t, q: -q, "t_span": (0, 1), "q0": [1.0], "v0": [0.0], "friction": 1.0,
+    "sigma": 0.1, "step": 0.1,
+}  # fmt: skip
 OF_STEPPER = {"fun": fun, "t0": 0.0, "y0": [1.0, 0.0], "t_bound": 1.0}
 ENSEMBLE = [
     *FUNCTIONS,
@@ -162,6 +169,47 @@ TABLE = {
         ({"rtol": "1e-3"}, f"`rtol` {NUMBERS}the text '1e-3'"),
     ]),
     "solve_dae_ensemble": (fastdyn.solve_dae_ensemble, OF_DAE, OF_DAES),
+    "solve_sde": (fastdyn.solve_sde, OF_SDE, [
+        *SPANS,
+        ({"drift": None}, "`drift` must be a function of (t, y); got None"),
+        ({"diffusion": "x"}, "`diffusion` must give numbers; got the text 'x'"),
+        ({"diffusion": [1.0, 2.0, 3.0]}, "`diffusion` gives shape (3,) for a state of 2"),
+        ({"diffusion": lambda t, y: 1.0}, "`diffusion` returned one number for a state of 2"),
+        ({"diffusion": np.nan}, "`diffusion` is not finite at the start"),
+        ({"diffusion": np.ones((2, 2)), "noise": "scalar"}, "`diffusion` has 2 columns"),
+        ({"y0": "x"}, "`y0` must be numbers"),
+        ({"y0": [1j, 0.0]}, "`y0` must be real"), ({"y0": [np.inf, 0.0]}, "must be finite"),
+        ({"y0": np.ones((3, 2)), "paths": 2}, "`y0` has 3 rows for 2 paths"),
+        ({"t_span": (1, 0)}, "`t_span` must be finite and ascend"),
+        ({"t_span": (0, np.inf)}, "`t_span` must be finite and ascend"),
+        ({"step": -0.1}, "`step` must be a positive number; got -0.1"),
+        ({"step": "x"}, f"`step` {NUMBER}the text 'x'"),
+        ({"t_eval": [0.13]}, "`t_eval` must be ends of steps, 0.0 + i 0.1; 0.13 is none"),
+        ({"t_eval": [0.5, 0.1]}, "`t_eval` must ascend"), ({"t_eval": [2.0]}, "within `t_span`"),
+        ({"paths": 0}, "`paths` must be 1 to 2**32; got 0"),
+        ({"paths": 2.5}, "`paths` must be a whole number; got 2.5"),
+        ({"method": "eulermaruyama"}, 'did you mean "EulerMaruyama"?'),
+        ({"method": "RK45"}, "choose from auto, EulerMaruyama"),
+        ({"method": "SRA1", "diffusion": lambda t, y: y}, "noise that does not depend on the"),
+        ({"method": "Milstein", "diffusion": lambda t, y: y[::-1]}, "sources do not mix"),
+        ({"method": "Platen", "diffusion": lambda t, y: y, "calculus": "stratonovich"},
+         "does not hold for the stratonovich integral"),
+        ({"calculus": "Ito"}, "`calculus='Ito'` is unknown; choose from ito, stratonovich"),
+        ({"noise": "diagonal"}, "`noise='diagonal'` is unknown; choose from auto, scalar"),
+        ({"events": 3}, "`events` must be a function of (t, y)"),
+        ({"threads": 0}, "`threads` must be at least 1"),
+        ({"reduce": "final"}, "`reduce='final'` is unknown; choose from mean, variance"),
+        ({"reduce": 3}, "`reduce` takes names and functions of (t, y); got 3"),
+        ({"refine": -1}, "`refine` must be 0 to 63; got -1"),
+        ({"dt": 0.1}, "solve_sde"), ({"seed": 1}, "solve_sde"),
+    ]),
+    "solve_langevin": (fastdyn.solve_langevin, OF_LANGEVIN, [
+        ({"accel": "a"}, "`accel` must be a function of (t, q); got the text 'a'"),
+        ({"v0": [1.0, 2.0]}, "`q0` and `v0` must have one shape"),
+        ({"friction": -1.0}, "`friction` must not be negative; got -1.0"),
+        ({"sigma": [1.0, 2.0]}, "`sigma` must be a number, or 1 numbers"),
+        ({"method": "SRA1"}, "choose from auto, BAOAB, OBABO"),
+    ]),
     "energy_drift": (fastdyn.energy_drift, DRIFT, [
         ({"system": None}, "`system` must be a function of (t, y); got None"),
         ({"method": "gauss16"}, 'did you mean "Gauss16"?'),

@@ -1,0 +1,219 @@
+"""The plan of a stochastic solve: functions compiled, the method chosen, the kernel found."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fastdyn import code_store
+from fastdyn.code_store.target import width as lanes
+from fastdyn.compile import memory
+from fastdyn.compile.bind import bind
+from fastdyn.compile.derivatives.jacobian import jacobian
+from fastdyn.compile.derivatives.vector_form import vector_form
+from fastdyn.compile.mode import DERIVATIVE, EVENT
+from fastdyn.compile.parameters import pack_all
+from fastdyn.compile.sentences import Uncompilable, explain
+from fastdyn.compile.traced.make import Near
+from fastdyn.kernels.calls.block import FIRST
+from fastdyn.trace.graph.refusal import Untraceable
+from fastdyn.words.near import did_you_mean
+
+from .methods import METHODS
+
+MOST_VECTORS = 24  # most components in registers, as for ensembles
+SYMBOL = "fastdyn_function"
+
+
+class Plan(NamedTuple):
+    """What the text of a kernel depends on, besides the functions.
+
+    Parameters
+    ----------
+    method : methods.NoiseMethod
+    n, n_drift, n_sources : int
+        Components of the state and of the drift, sources of noise.
+    diagonal, ito : bool
+    n_columns : int
+    terminal : tuple of bool
+        For each event, whether a passage ends the path.
+    """
+
+    method: Any
+    n: int
+    n_drift: int
+    n_sources: int
+    diagonal: bool
+    n_columns: int
+    ito: bool
+    terminal: tuple
+
+
+class Kernel(NamedTuple):
+    """A kernel, the block that it takes, its lanes, and why it has one lane, if it has."""
+
+    code: Any
+    block: np.ndarray
+    width: int
+    reason: str
+    bounds: list
+    keepalive: list
+
+
+class Bounds(NamedTuple):
+    """The bound functions: drift, columns, events."""
+
+    drift: Any
+    columns: list
+    events: list
+
+    @property
+    def all(self):
+        return [self.drift, *self.columns, *self.events]
+
+
+def bound_functions(equations, events, args, near, n):
+    """The Bounds of all functions of (t, y, *args)."""
+
+    def one(fun, mode, length):
+        return bind(fun, args, mode, length, near._replace(y0=near.y0[:length]))
+
+    drift = one(equations.drift, DERIVATIVE, equations.n)
+    columns = [one(column, DERIVATIVE, equations.n) for column in equations.columns]
+    return Bounds(drift, columns, [one(event, EVENT, n) for event in events])
+
+
+def noise_of(equations, bounds):
+    """The kind of the noise: "additive", "unmixed", "general"; None if nobody knows."""
+    if equations.constant:
+        return "additive"
+    found = []
+    for bound in bounds.columns:
+        try:
+            known = jacobian(bound.function)
+        except Untraceable:
+            known = None
+        if known is None:
+            return None
+        found.append(known)
+    if not any(len(one.rows) for one in found):
+        return "additive"
+    if not equations.diagonal:
+        return "unmixed" if len(found) == 1 else "general"
+    return "unmixed" if np.array_equal(found[0].rows, found[0].columns) else "general"
+
+
+def method_for(name, calculus, noise, langevin=False):
+    """The NoiseMethod of a name; "auto" takes the method of the highest order on paths.
+
+    Raises
+    ------
+    ValueError
+        If a method is unknown, or does not hold for the integral or the noise.
+    """
+    mine = {key: each for key, each in METHODS.items() if each.langevin == langevin}
+    if name == "auto":
+        fits = [each for each in mine.values() if not _misfit(each, calculus, noise)]
+        return max(fits, key=lambda each: each.strong)
+    if name not in mine:
+        known = f"choose from auto, {', '.join(mine)}."
+        meant = did_you_mean(name, mine, form='"{}"') or known
+        raise ValueError(f"`method={name!r}` is unknown; {meant}")
+    if reason := _misfit(mine[name], calculus, noise):
+        raise ValueError(f"`method={name!r}` {reason}.")
+    return mine[name]
+
+
+def _misfit(method, calculus, noise):
+    """Why a method does not hold; an empty text if it does."""
+    if calculus not in method.integrals and noise != "additive":
+        others = [m.name for m in METHODS.values() if calculus in m.integrals and not m.langevin]
+        return f"does not hold for the {calculus} integral; choose from {', '.join(others)}"
+    if method.noise == "any" or noise == "additive" or (method.noise == noise == "unmixed"):
+        return ""
+    if noise is None:
+        return "asks for the derivative of `diffusion`, which is known of traced functions only"
+    if method.noise == "additive":
+        return "is for noise that does not depend on the state; `diffusion` does"
+    return (
+        "is for noise whose sources do not mix: `diffusion` has several columns, or a component's "
+        "noise depends on another component"
+    )
+
+
+_kernels = memory.Table()
+
+
+def kernel_of(plan, equations, bounds, events, args, near):
+    """The Kernel: on vectors if all functions have a form on vectors, else one path at a time."""
+    try:
+        return _in_lanes(plan, equations, bounds, events, args, near)
+    except Uncompilable as reason:
+        if plan.method.derivative:
+            raise ValueError(
+                f'`method="{plan.method.name}"` needs the derivative of `diffusion` on vectors: '
+                f'{reason}. Choose "EulerMaruyama" or "Platen".'
+            ) from None
+        return _by_address(plan, bounds, str(reason))
+
+
+def _in_lanes(plan, equations, bounds, events, args, near):
+    if plan.n > MOST_VECTORS or plan.n_sources > MOST_VECTORS:
+        raise Uncompilable(f"{max(plan.n, plan.n_sources)} components are more than {MOST_VECTORS}")
+    for bound in bounds.all:
+        if bound.function is None or bound.function.traced is None:
+            raise Uncompilable("a function cannot be traced")
+    width, same = lanes(), (False,) * len(args)
+    functions = [(equations.drift, DERIVATIVE, equations.n)]
+    functions += [(column, DERIVATIVE, equations.n) for column in equations.columns]
+    functions += [(event, EVENT, plan.n) for event in events]
+    forms = [
+        vector_form(fun, args, same, mode, n, near._replace(y0=near.y0[:n]), width)
+        for fun, mode, n in functions
+    ]
+    if any(form.raises for form in forms):
+        raise Uncompilable("a function can raise an exception, which vectors do not notice")
+    symbols = [f"{SYMBOL}{i}" for i in range(len(forms))]
+    texts = {symbol: form.text for symbol, form in zip(symbols, forms, strict=True)}
+    slope = None
+    if plan.method.derivative:
+        found, texts[f"{SYMBOL}_slope"] = forms[1].jacobian(False)
+        places = [list(map(int, each)) for each in (found.rows, found.columns)]
+        slope = (f"{SYMBOL}_slope", found.size, *places)
+    sizes = [form.n_words for form in forms]
+    key = f"noise {plan} {width} {[form.key for form in forms]}"
+    compiled = _kernels.get(key)
+    if compiled is None:
+
+        def build():
+            from .kernels import in_lanes
+
+            return in_lanes(plan, symbols, sizes, slope, width)
+
+        try:
+            compiled = code_store.stored(key)
+            if compiled is None:
+                shapes = [form.n_results for form in forms]
+                place = f"noise waits {plan} {width} {shapes} {sizes[:-1]} {slope}"
+                unlinked = code_store.without_function(place, build)
+                compiled = code_store.linked(key, unlinked, texts, lambda: None)
+        except Exception as error:
+            raise Uncompilable(explain(error)) from error
+        _kernels.put(key, compiled)
+    block, keepalive = np.zeros(FIRST + sum(sizes), np.int64), [compiled, forms]
+    pack_all([each for form in forms for each in form.parameters], block, keepalive)
+    return Kernel(compiled, block, width, "", bounds.all, keepalive)
+
+
+def _by_address(plan, bounds, reason):
+    def build():
+        from .kernels import by_address
+
+        return by_address(plan)
+
+    code = code_store.compiled(f"noise by address {plan}", build)
+    block = np.array([bound.block.ctypes.data for bound in bounds.all], np.int64)
+    return Kernel(code, block, 1, reason, bounds.all, [code, bounds])
+
+
+def near_of(t0, tf, y0):
+    return Near(t0, tf, np.array(y0))

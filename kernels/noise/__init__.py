@@ -1,0 +1,1 @@
+"""Steps of stochastic differential equations on many paths at once."""

@@ -1,0 +1,86 @@
+"""First passages: their share and their times beside exact laws, at any step."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from fastdyn import solve_langevin, solve_sde
+
+N = 100_000
+
+
+def passage_law(t, distance, drift, sigma):
+    """The share of paths of drift t + sigma W that pass `distance` by time t."""
+    root = sigma * np.sqrt(t)
+    far = np.exp(2 * drift * distance / sigma**2) * stats.norm.sf((distance + drift * t) / root)
+    return stats.norm.sf((distance - drift * t) / root) + far
+
+
+@pytest.mark.parametrize("step", [0.5, 0.05])
+@pytest.mark.parametrize("drift, sigma", [(0.0, 1.0), (0.8, 0.7), (-0.5, 1.3)])
+def test_times_of_passage_have_the_exact_law(step, drift, sigma):
+    """Kolmogorov's distance at chance 1e-6: sqrt(log(2e6) / 2 / N)."""
+    found = solve_sde(
+        lambda t, y: drift + 0.0 * y, sigma, (0, 2), [0.0], step=step, paths=N, rng=1,
+        events=lambda t, y: y[0] - 1.0,
+    )  # fmt: skip
+    times = np.sort(found.t_events[0])
+    n = int(np.isfinite(times).sum())
+    law = passage_law(times[:n], 1.0, drift, sigma)
+    far = max(np.abs(np.arange(k, n + k) / N - law).max() for k in (0, 1))
+    assert far < np.sqrt(np.log(2e6) / 2 / N)
+
+
+def test_two_sources_add_their_variances():
+    """y_0 + y_1 with two sources is a motion of variance 0.5; g is not linear in time alone."""
+    diffusion = np.array([[0.5, 0.0], [0.3, 0.4]])
+    found = solve_sde(
+        lambda t, y: 0.0 * y, diffusion, (0, 1), [0.0, 0.0], step=0.25, paths=N, rng=2,
+        events=lambda t, y: y[0] + y[1] - 1.0,
+    )  # fmt: skip
+    share = np.isfinite(found.t_events[0]).mean()
+    exact = passage_law(1.0, 1.0, 0.0, np.hypot(0.8, 0.4))
+    assert abs(share - exact) < 5 * np.sqrt(exact / N)
+
+
+def test_directions_and_terminal_events():
+    def falls(t, y):
+        return y[0] - 0.5
+
+    falls.direction, falls.terminal = -1, True
+
+    def rises(t, y):
+        return y[0] - 1.5
+
+    rises.direction = 1
+    found = solve_sde(
+        lambda t, y: 0.0 * y, 1.0, (0, 1), [1.0], step=1 / 32, paths=2000, rng=3,
+        events=[falls, rises], t_eval=np.arange(33) / 32,
+    )  # fmt: skip
+    ended, _ = found.t_events
+    for path in range(2000):
+        if np.isnan(ended[path]):
+            continue
+        done = int(np.ceil(ended[path] * 32))
+        assert (found.y[path, 0, done:] == found.y_end[path, 0]).all()
+        assert (found.t_events[1, path] > ended[path]) == False  # noqa: E712  # NaN is no time
+    below = found.y[:, 0] <= 0.5  # every state beyond the barrier was noticed
+    assert np.isfinite(ended[below.any(axis=1)]).all()
+    up = solve_sde(
+        lambda t, y: 0.0 * y, 1.0, (0, 1), [2.0], step=1 / 32, paths=2000, rng=3, events=rises
+    )
+    first = solve_sde(
+        lambda t, y: 0.0 * y, 1.0, (0, 1), [2.0], step=1 / 32, paths=2000, rng=3,
+        events=lambda t, y: y[0] - 1.5,
+    )  # fmt: skip
+    both = np.isfinite(up.t_events[0])
+    assert both.any()
+    assert (first.t_events[0][both] < up.t_events[0][both]).all()  # from above, then from below
+
+
+def test_langevin_events_lie_between_the_ends_of_steps():
+    found = solve_langevin(
+        lambda t, q: -q, (0, 10), [1.0], [0.0], friction=0.0, sigma=0.0, step=0.01, paths=9,
+        events=lambda t, y: y[0],
+    )  # fmt: skip
+    np.testing.assert_allclose(found.t_events[0], np.pi / 2, rtol=0, atol=0.01**2)
