@@ -86,9 +86,10 @@ class Worker:
         e_room = n_events * p.method.events_at_once * (1 if vector else 8)
         if p.schedules:  # which act at the start of a trajectory, and behind a step
             e_room += n_events * p.method.events_at_once + 2 * len(p.schedules)
+        n_dense = order_of_many(p.rtol, p.atol) if p.method.series else p.method.n_dense
         room = arguments.Room(
             np.empty(0 if p.t_eval is None else len(p.t_eval)),
-            np.empty((1, p.method.n_dense + 1, n)), np.empty((1, 2)),
+            np.empty((1, n_dense + 1, n)), np.empty((1, 2)),
             np.empty(0) if p.t_eval is None else p.t_eval.astype(float), segments,
             np.empty(e_room, np.int64), np.empty(e_room), np.empty((e_room, n)),
         )  # fmt: skip

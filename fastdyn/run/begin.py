@@ -7,6 +7,7 @@ import numpy as np
 
 from fastdyn.code_store.call import address_of
 from fastdyn.compile.derivatives.jacobian_block import exact_block
+from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.kernels.output.arguments import EVENTS, OUTPUT, SCHEDULES
 from fastdyn.kernels.state.record import ATOL, RTOL, STATE, K, Y
 from fastdyn.problem.step_options import last_time
@@ -155,5 +156,6 @@ def shape_of(problem, pair, n_points=None):
     p, n, m, k = problem, len(problem.y0), len(problem.events or ()), len(problem.schedules)
     room = output.first_piece(n)
     n_points = (n_points or room) if p.t_eval is None else len(p.t_eval)
-    polynomials = output.first_piece(n * (p.method.n_dense + 1)) if p.dense_output else 1
-    return (p.method.name, pair, n, m, k, n_points, polynomials, room if m + k else 0)
+    rows = 1 + (order_for(p.rtol, p.atol, p.y0) if p.method.series else p.method.n_dense)
+    polynomials = output.first_piece(n * rows) if p.dense_output else 1
+    return (p.method.name, pair, n, m, k, n_points, (polynomials, rows), room if m + k else 0)

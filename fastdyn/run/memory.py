@@ -41,8 +41,10 @@ class Plan:
     n : int
         Number of components.
     n_events, n_schedules : int
-    n_points, n_polynomials, n_occurrences : int
-        Room for points, for polynomials, and for events of all steps but the last.
+    n_points, n_occurrences : int
+        Room for points, and for events of all steps but the last.
+    polynomials : tuple of int
+        Room for polynomials, and the rows of each.
     matrix_rows : int
         Rows of the work array that a matrix takes.
 
@@ -66,7 +68,7 @@ class Plan:
     """
 
     def __init__(
-        self, name, pair, n, n_events, n_schedules, n_points, n_polynomials, n_occurrences,
+        self, name, pair, n, n_events, n_schedules, n_points, polynomials, n_occurrences,
         matrix_rows,
     ):  # fmt: skip
         method, self.n, self.room = BY_NAME[name], n, n_points
@@ -88,8 +90,8 @@ class Plan:
             "scratch": (FLOAT, scratch_shape(method, n_events, rows, n)),
             "output.t": (FLOAT, (n_points,)),
             "output.y": (FLOAT, (n_points, n)),
-            "output.d": (FLOAT, (n_polynomials, method.n_dense + 1, n)),
-            "output.spans": (FLOAT, (n_polynomials, 2)),
+            "output.d": (FLOAT, (*polynomials, n)),
+            "output.spans": (FLOAT, (polynomials[0], 2)),
             "events.index": (INT, (n_occurrences,)),
             "events.t": (FLOAT, (n_occurrences,)),
             "events.y": (FLOAT, (n_occurrences, n)),

@@ -304,12 +304,12 @@ class WithSensitivities(Repeated):
 
 
 def stripped(problem):
-    """A problem without the values of one call, which must not be kept."""
+    """A problem without the values of one call, which must not be kept; `y0` keeps its size."""
     p, fun = problem, None
     if p.mode.sensitivities:
         fun = p.fun._replace(fun=None)
     return p._replace(
-        fun=fun, args=(), y0=np.zeros(len(p.y0)),
+        fun=fun, args=(), y0=np.full(len(p.y0), np.abs(p.y0).max(initial=0.0)),
         t_eval=None if p.t_eval is None else p.t_eval.copy(),
         events=bare(p.events),
     )  # fmt: skip

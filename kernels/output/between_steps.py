@@ -40,7 +40,7 @@ from .borders import (
     keep_inside,
     settle,
 )
-from .dense_output import interpolate, polynomial
+from .dense_output import interpolate, polynomial, polynomials
 from .events import ENDLESS, FAILED, find_events
 from .jumps import jump
 from .projection import project_row, project_state
@@ -210,17 +210,21 @@ def _sample(kernels, solve, output, events, acts, scratch, status):
     elif o.every_step != 0:
         if not _store_step(kernels, solve, output, acts, scratch[1], t_row, at_end, d, h):
             return RAISED
-    while _is_due(s, o, output.t_eval, t):
-        t_out, y_out = output.t_eval[o.i_eval], output.y[o.i_eval]
-        output.t[o.i_eval] = t_out
-        if reached and _ends(o, output.t_eval, t):
-            copy_row(solve.work[Y], y_out)
-        else:
-            polynomial(d, (t_out - t_old) / h, y_out)
+    first, end = o.i_eval, o.i_eval
+    while end < len(output.t_eval) and s.direction * (output.t_eval[end] - t) <= 0.0:
+        output.t[end] = output.t_eval[end]
+        end += 1
+    if end > first:
+        exact = reached and o.ends != 0 and output.t_eval[end - 1] == t
+        polynomials(d, t_old, h, output.t_eval, first, end - exact, output.y)
+        if exact:
+            copy_row(solve.work[Y], output.y[end - 1])
         if acts is not None:
-            if not project_row(kernels.project, t_out, y_out, scratch[1]):
-                return RAISED
-        o.i_eval += 1
+            for o.i_eval in range(first, end):
+                i = o.i_eval
+                if not project_row(kernels.project, output.t[i], output.y[i], scratch[1]):
+                    return RAISED
+        o.i_eval = end
     if acts is not None:
         if jumps:
             return jump(kernels, solve, output, events, scratch, d, t, t_old, h)

@@ -37,7 +37,7 @@ def compile_until(heard, made_by=code_store.KERNELS, seconds=30.0):
 
 
 def test_a_line_names_the_method_that_waits_once(caplog):
-    Plan("BDF", False, 2, 0, 0, 8, 1, 0, 4)
+    Plan("BDF", False, 2, 0, 0, 8, (1, 6), 0, 4)
     compile_until(lambda: caplog.messages)
     compile_until(lambda: len(caplog.messages) > 1, seconds=0.05)
     assert caplog.messages == ["fastdyn compiles the kernel of BDF, once on this machine ..."]

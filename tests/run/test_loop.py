@@ -213,3 +213,19 @@ def test_the_loops_for_less_have_the_bits_of_the_whole_loop(monkeypatch, method,
 
     monkeypatch.setattr("fastdyn.run.laid_out.watch_of", watch_whole)
     assert same(small, solve(method, **OUTPUTS[output])) and whole
+
+
+@pytest.mark.parametrize("n", range(1, 10))
+@pytest.mark.parametrize("method", ["RK45", "Taylor"])
+def test_outputs_at_once_have_the_bits_of_one_at_a_time(method, n):
+    """Four times, and four components, are evaluated side by side."""
+
+    def waves(t, y):
+        return np.cos(y) + t
+
+    times, y0 = np.linspace(0.0, 0.01, 8)[1:-1], np.linspace(0.0, 1.0, n)
+    many = fastdyn.solve_ivp(waves, (0.0, 0.01), y0, method, t_eval=times, first_step=0.01)
+    assert many.n_accepted == 1 and many.y.shape == (n, 6)
+    for t, y in zip(times, many.y.T, strict=True):
+        one = fastdyn.solve_ivp(waves, (0.0, 0.01), y0, method, t_eval=[t], first_step=0.01)
+        assert (one.y[:, 0] == y).all()

@@ -3,9 +3,10 @@
 from ...calls.block import RAISED_WORD
 from ...calls.user_function import address_of, call_function
 from ...jit.options import INLINED, INTERNAL, njit
+from ...state.layout import Form
 from ...state.record import ATOL, RTOL, STAGE, Y_OLD, K, Y
-from ...state.rows import slot
-from ...state.series import HIGHEST, LOW
+from ...state.rows import keep_vector, numbers_of, slot, vector_at
+from ...state.series import LOW
 from .description import (
     ABSOLUTE,
     ARRAYS,
@@ -19,6 +20,8 @@ from .description import (
     TABLES,
     WIDTH,
 )
+
+LANES = Form(1, 4)  # the vectors of one trajectory: `compile/taylor/kernel.py`
 
 
 @njit(**INLINED)
@@ -49,9 +52,21 @@ def enter(room, words, work):
 
 @njit(**INTERNAL)
 def leave(room, words, work, order, moved):
-    """Copy the state into the rows of `work`; if a step was taken, its series and start, too."""
+    """Copy the state into the rows of `work`; if a step was taken, its series and start, too.
+
+    The rows of higher orders stay zero.
+    """
     n, width, stride = words[N_VECTORS], words[WIDTH], words[STRIDE]
+    numbers, m = numbers_of(work), work.shape[1]
     for u in range(n):
+        first, place = words[TABLES + n + u * width], words[TABLES + u]
+        in_order = moved and first >= 0
+        for lane in range(1, width):
+            in_order = in_order and words[TABLES + n + u * width + lane] == first + lane
+        if in_order:
+            for k in range(1, order + 1):
+                c = vector_at(LANES, room, place + k * stride)
+                keep_vector(LANES, numbers, (K + k) * m + first, c)
         for lane in range(width):
             i, at = words[TABLES + n + u * width + lane], words[ARRAYS] + u * width + lane
             place = words[TABLES + u] + lane
@@ -61,10 +76,9 @@ def leave(room, words, work, order, moved):
                 work[LOW, i] = room[at + LOW_NOW * n * width]
             if i >= 0 and moved:
                 work[K, i] = room[before]
-                for k in range(1, order + 1):
-                    work[K + k, i] = room[place + k * stride]
-                for k in range(order + 1, HIGHEST + 1):
-                    work[K + k, i] = 0.0
+                if not in_order:
+                    for k in range(1, order + 1):
+                        work[K + k, i] = room[place + k * stride]
 
 
 @njit(**INTERNAL)

@@ -59,6 +59,25 @@ def test_units_do_not_matter(reach, pace):
     assert abs(run.y[0, -1] / reach - math.cos(5.0)) < 1e-9
 
 
+@pytest.mark.parametrize(("tol", "order"), [(1e-3, 13), (1e-6, 17), (1e-10, 25)])
+@pytest.mark.parametrize("n", [1, 4, 6])
+def test_between_steps_the_polynomial_is_the_series(tol, order, n):
+    """Of y' = y^2; the polynomials have a row for each order, and no more."""
+
+    def square(t, y):
+        return y * y
+
+    y0 = np.linspace(0.5, 1.0, n)
+    run = solve_ivp(square, (0.0, 0.75), y0, "Taylor", rtol=tol, atol=tol, dense_output=True)
+    assert run.sol.polynomials.shape == (run.n_accepted, order + 1, n)
+    (start, h), *_ = run.sol.spans
+    for x in np.linspace(0.0, h, 7):
+        series = y0 * ((y0[:, None] * x).T ** np.arange(order + 1)[:, None]).sum(axis=0)
+        # A sum of positive terms: each of the few roundings of each order is at most half an ulp.
+        bound = 4 * order * np.finfo(float).eps * series
+        assert (abs(run.sol(start + x) - series) <= bound).all()
+
+
 def test_polynomials_and_gaps():
     run = solve_ivp(lambda t, y: [3 * t * t], (-1.0, 2.0), [-1.0], "Taylor", rtol=1e-9, atol=1e-9)
     assert run.y[0, -1] == pytest.approx(8.0, rel=4 * EPS)
