@@ -13,10 +13,11 @@ from fastdyn.words.kinds import noted, shown
 from fastdyn.words.near import near_names, plain
 
 SCIPYS = ("terminal", "direction")  # attributes of an event in SciPy
-ATTRIBUTES = SCIPYS
+ATTRIBUTES = (*SCIPYS, "wait")
 OTHER_ATTRIBUTES = {  # words of MATLAB and others
     "isterminal": "terminal", "terminate": "terminal", "terminates": "terminal", "stop": "terminal",
-    "final": "terminal", "dir": "direction", "sign": "direction",
+    "final": "terminal", "dir": "direction", "sign": "direction", "debounce": "wait",
+    "dead_time": "wait", "refractory": "wait",
 }  # fmt: skip
 
 
@@ -36,6 +37,10 @@ class Event:
         The number of occurrences that ends the run; 0: none does.
     direction : float
         The sign of the crossings that count; 0 for both.
+    wait : float
+        The time after an occurrence in which no other one counts.
+    last : float
+        The time of the last occurrence before the run; NaN without any.
     act : callable or None
         The function of `on_event`.
     origin : callable or None
@@ -47,6 +52,8 @@ class Event:
     function: Any
     limit: int = 0
     direction: float = 0.0
+    wait: float = 0.0
+    last: float = math.nan
     act: Any = None
     origin: Any = None
     asked: tuple = ()
@@ -80,8 +87,8 @@ class Event:
 
     @property
     def rules(self):
-        """The values of the rules, by their names."""
-        return {name: getattr(self, name) for name in RULES}
+        """The values of the rules, by their names, and the time of the last occurrence."""
+        return {name: getattr(self, name) for name in (*RULES, "last")}
 
     @property
     def name(self):
@@ -175,7 +182,23 @@ def _direction(event):
     return number
 
 
-RULES: dict[str, Callable] = {"limit": _limit, "direction": _direction}  # by fields of Event
+def _wait(event):
+    """The time after an occurrence in which no other one counts."""
+    wait = getattr(event, "wait", 0.0)
+    try:
+        number = float(wait)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not number >= 0.0:
+        raise ValueError(
+            "The `wait` attribute of each event must be a time, 0 or above: no occurrence counts "
+            f"within `wait` of the last one; that of `{_name(event)}` is {shown(wait)}."
+        )
+    return number
+
+
+# By fields of Event, which are fields of a row of compiled code, too.
+RULES: dict[str, Callable] = {"limit": _limit, "direction": _direction, "wait": _wait}
 
 
 def _name(event):

@@ -87,7 +87,8 @@ def solve_ivp(
         Return the interpolant `sol`.
     events : callable or Schedule or sequence of these, optional
         ``event(t, y, *args)``, whose zeros are located.  Attributes `terminal` (bool, or the number
-        of occurrences that end the run) and `direction` (sign of the crossings that count).
+        of occurrences that end the run), `direction` (sign of the crossings that count) and `wait`
+        (time after an occurrence in which no other one counts).
     vectorized : bool
         `fun` takes y of shape (n, k).
     args : tuple, optional

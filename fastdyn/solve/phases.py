@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Callable, Hashable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -107,7 +108,8 @@ def _solved(phases, first, asked, max_phases):
     name, t, tf, y, events = first, asked.t0, asked.tf, asked.y0, asked.events
     t_eval = output_times(asked.t_eval, t, tf)
     options = dict(asked.options)
-    seen, steps_left = [0] * len(events), options.pop("max_steps", None)
+    seen, last = [0] * len(events), [math.nan] * len(events)
+    steps_left = options.pop("max_steps", None)
     direction = 1.0 if tf >= t else -1.0
     segments, log, jumps = [], [], [False]
     status, message = -1, f"`max_phases={max_phases}` was reached"
@@ -126,7 +128,7 @@ def _solved(phases, first, asked, max_phases):
             given["breakpoints"] = within(given["breakpoints"], t, tf)
         if steps_left is not None:
             given["max_steps"] = steps_left
-        watched = [phase.event, *map(_counted, events, seen)]
+        watched = [phase.event, *map(_gone_on, events, seen, last)]
         segment = automatic.solved(
             checked(
                 phase.fun, (t, tf), y, given.pop("method", asked.method), wanted,
@@ -134,7 +136,9 @@ def _solved(phases, first, asked, max_phases):
                 given.pop("vectorized", False), asked.args, given,
             )
         )  # fmt: skip
-        seen = [n + len(times) for n, times in zip(seen, segment.t_events[1:], strict=True)]
+        for i, times in enumerate(segment.t_events[1:]):
+            seen[i] += len(times)
+            last[i] = float(times[-1]) if len(times) else last[i]
         if steps_left is not None:
             steps_left = max(1, steps_left - segment.n_accepted)
         ended = segment.t_events[0]
@@ -196,10 +200,10 @@ def _check(phases, method, events, max_phases, options):
             raise ValueError(f"the event of phase '{name}' must be terminal: it ends the phase.")
 
 
-def _counted(event, n):
-    """An event of the user that has occurred n times in earlier phases."""
+def _gone_on(event, n, last):
+    """An event of the user that has occurred n times in earlier phases, the last time at `last`."""
     event = Event.of(event)
-    return event.changed(limit=event.limit - n) if event.limit else event
+    return event.changed(limit=event.limit and event.limit - n, last=last)
 
 
 def _joined(segments, log, status, message, keep_start, n_events):

@@ -81,6 +81,7 @@ def by_scipy(asked, method):
         )
     refuse_schedules(events, "take a compiled method, a real state and a span that is not empty")
     options = {k: v for k, v in options.items() if k not in OPTIONS or OPTIONS[k].scipys}
+    scipys_events = for_scipy(events, args)
     if isinstance(options.get("jac"), str) and options["jac"] == DIFFERENCES:
         del options["jac"]
     if y0.size:
@@ -104,7 +105,6 @@ def by_scipy(asked, method):
         derivative = _known_at_first(derivative, f0, state)
     if getattr(method, "compiles", False):  # a Stepper compiles `fun` itself
         derivative = fun if not args else lambda t, y: fun(t, y, *args)
-    events = for_scipy(events, args)
     jac = options.get("jac")
     if callable(jac) and args:
         options["jac"] = lambda t, y: jac(t, y, *args)
@@ -119,7 +119,7 @@ def by_scipy(asked, method):
         method,
         t_eval,
         asked.dense_output,
-        events,
+        scipys_events,
         vectorized,
         **options,
     )

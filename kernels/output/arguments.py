@@ -104,6 +104,9 @@ EVENTS = np.dtype(
         ("direction", "f8"),
         ("count", "i8"),
         ("limit", "i8"),  # occurrences that end the run; 0: none do
+        ("wait", "f8"),  # time after an occurrence in which no other one counts
+        ("last", "f8"),  # the last occurrence before the run; NaN without any
+        ("t_last", "f8"),  # the last occurrence that counts; NaN before
         (
             "active",
             "i8",

@@ -1,4 +1,10 @@
-"""Events: the sign changes of event functions, and their times within a step."""
+"""Events: the sign changes of event functions, and which of them count.
+
+The zeros of a step are noted, by a change of sign here, by the series of the event function in
+`series_roots/`; `settle` counts them in the order of their times, up to the event that ends the
+step.  A rule which occurrences count stands in `changes_sign` (and `_is_wanted` of the series) if
+it asks for the sign, in `_drop` if it asks for the time, in `ends_run` if it asks for the number.
+"""
 
 import numpy as np
 
@@ -30,6 +36,7 @@ PENDING = 2
 
 NONE, FAILED, ENDLESS = -1, -2, -3  # no event; a function raised; events accumulate at one time
 MOST_REPEATS = 1000
+JUMP = 1e-6  # share of the event function's size at which its value at a root is no rounding
 SIGN = 1e-300  # value of an event function of which only the sign is known
 
 
@@ -57,7 +64,8 @@ def open_events(events, t, y, scratch):
         return RAISED
     accept(events)
     for i in range(len(events)):
-        events[i].count, events[i].t_jump = 0, np.nan
+        e = events[i]
+        e.count, e.t_jump, e.t_last = 0, np.nan, e.last
     return RUNNING
 
 
@@ -115,57 +123,136 @@ def root_in(e, d, t_from, t, t_old, h, scratch):
 
 
 @njit(**INTERNAL)
-def locate(events, d, t_from, t, t_old, h, direction, jumps, meets, scratch):
-    """Find the root of each active event in [t_from, t]; the first event that ends the step.
+def note(o, events, i, root, t, t_old, meets, end):
+    """Note an occurrence of event i, unless it is recorded; return the new end of the notes.
 
-    Roots within the distance `meets` of t are at t.
+    A note is an event and a time.  Notes lie in the output of events, behind the counted events.
+    A root within the distance `meets` of t is at t.
     """
-    first = NONE
-    for i in range(len(events)):
-        e = events[i]
-        if not e.active:
-            continue
-        if e.active == MET:
-            e.active = 1
-        else:
-            e.root = root_in(e, d, t_from, t, t_old, h, scratch)
-        if abs(e.root - t) <= meets:
-            e.root = t
-        elif (jumps != 0 or e.begins == LEAVES) and abs(e.root - t_old) <= resolution(t_old):
-            e.root = t_old
-            if e.begins == LEAVES and e.jump == 0:
-                e.active = 0  # already recorded
-                continue
-        if e.jump != 0 or ends_run(e):
-            if first < 0 or direction * (e.root - events[first].root) < 0.0:
-                first = i
-    return first
+    e = events.table[i]
+    if abs(root - t) <= meets:
+        root = t
+    elif (o.jumps != 0 or e.begins == LEAVES) and abs(root - t_old) <= resolution(t_old):
+        root = t_old
+        if e.begins == LEAVES and e.jump == 0:
+            return end
+    events.index[end], events.t[end] = i, root
+    return end + 1
 
 
 @njit(**INTERNAL)
-def coincide(events, cut, d, t_old, h, direction, scratch):
-    """Activate every event whose function is zero at the time of the event that ends the step.
+def settle(kernels, solve, output, events, scratch, t, d, end, meets, acts):
+    """Record the notes that count, up to the first event that ends the step.
 
-    Returns the event among them that ends the run, otherwise `cut`; FAILED if a function raised;
-    ENDLESS if events accumulate at one time.
+    Returns this event, NONE, FAILED or ENDLESS.
     """
-    t, final = events[cut].root, NONE
-    for i in range(len(events)):
-        e = events[i]
-        if e.active:
-            e.noise = abs(e.g_new - e.g) * (ROUNDING + near(t) / abs(h))
-    polynomial(d, (t - t_old) / h, scratch[0])
-    if not evaluate_all(events, t, scratch[0], scratch[1]):
+    s, o, table = solve.state[0], output.record[0], events.table
+    first = o.n_events
+    _sort(events, first, end, s.direction)
+    end = _drop(events, first, end)
+    n, cut = _count(events, first, end)
+    if acts is not None:
+        if cut >= 0 and table[cut].jump != 0:
+            cut = _meet(events, first, n, end, d, s, scratch)
+            if cut < 0:
+                return cut
+            n = _count_met(events, first, n, cut)
+    for i in range(first, n):
+        polynomial(d, (events.t[i] - s.t_old) / (s.t - s.t_old), events.y[i])
+    o.n_events = n
+    if acts is not None:
+        if not project_events(kernels, events, first, n, scratch):
+            return FAILED
+        if cut < 0:
+            for i in range(first, n):
+                if abs(events.t[i] - t) <= meets:
+                    e = table[events.index[i]]
+                    note_meeting(e, t, s.t - s.t_old, e.size)
+    if cut < 0:
+        accept(table)
+    return cut
+
+
+@njit(**INTERNAL)
+def _sort(events, first, end, direction):
+    """Sort the notes by time; notes of one time keep their order."""
+    for k in range(first + 1, end):
+        i, t, at = events.index[k], events.t[k], k
+        while at > first and direction * (events.t[at - 1] - t) > 0.0:
+            events.index[at], events.t[at] = events.index[at - 1], events.t[at - 1]
+            at -= 1
+        events.index[at], events.t[at] = i, t
+
+
+@njit(**INTERNAL)
+def _drop(events, first, end):
+    """Drop the notes that no rule of their events lets count; return the new end of the notes."""
+    n = first
+    for k in range(first, end):
+        i, t = events.index[k], events.t[k]
+        e = events.table[i]
+        last = e.t_last
+        for j in range(first, n):
+            if events.index[j] == i:
+                last = events.t[j]
+        if not abs(t - last) < e.wait:  # NaN before the first occurrence
+            events.index[n], events.t[n] = i, t
+            n += 1
+    return n
+
+
+@njit(**INLINED)
+def _take(e, t):
+    """Count an occurrence of an event."""
+    e.count += 1
+    e.t_last = t
+
+
+@njit(**INTERNAL)
+def _count(events, first, end):
+    """Count the notes up to the first event that ends the step; the count, and the event or NONE.
+
+    An event that ends the run is counted; an event that changes the state is counted later.
+    """
+    for k in range(first, end):
+        i = events.index[k]
+        e = events.table[i]
+        if e.jump != 0:
+            return k, i
+        ends = ends_run(e)
+        _take(e, events.t[k])
+        if ends:
+            e.root = events.t[k]
+            return k + 1, i
+    return end, NONE
+
+
+@njit(**INTERNAL)
+def _meet(events, first, n, end, d, s, scratch):
+    """Let all events whose times cannot be told from the time of note n occur with note n.
+
+    So does an event that is noted for later and has crossed zero at this time, by rounding.
+    Returns the event among them that ends the run, otherwise the event of note n; FAILED if a
+    function raised; ENDLESS if events accumulate at one time.
+    """
+    table, t, cut, final = events.table, events.t[n], events.index[n], NONE
+    h = s.t - s.t_old
+    polynomial(d, (t - s.t_old) / h, scratch[0])
+    if not evaluate_all(table, t, scratch[0], scratch[1]):
         return FAILED
-    for i in range(len(events)):
-        e = events[i]
+    for k in range(first, end):
+        e = table[events.index[k]]
+        if abs(events.t[k] - t) <= near(t) or (k > n and _is_over(events, first, k)):
+            if abs(e.g_new) > JUMP * e.size:  # behind a jump, the value tells the sign
+                e.noise = 0.0
+            else:
+                e.noise = e.size * (ROUNDING + near(t) / abs(h)) + APART * abs(e.g_new)
+            if k >= n:
+                e.active, e.root = 1, t
+    for i in range(len(table)):
+        e = table[i]
         if not e.active:
             continue
-        if direction * (e.root - t) > 0.0:
-            if (e.g > 0.0 and e.g_new > 0.0) or (e.g < 0.0 and e.g_new < 0.0):
-                continue
-            e.root = t
-        e.noise += APART * abs(e.g_new)
         if never_ends(e, t):
             return ENDLESS
         if final < 0 and ends_run(e):
@@ -174,26 +261,38 @@ def coincide(events, cut, d, t_old, h, direction, scratch):
 
 
 @njit(**INTERNAL)
-def record(events, cut, d, t_old, h, direction, n):
-    """Store the active events up to the event that ends the step; return the new count."""
-    table = events.table
-    ends = cut >= 0 and ends_run(table[cut])
+def _is_over(events, first, k):
+    """True if note k is the first of an event without series, whose g_new is not on g's side."""
+    e = events.table[events.index[k]]
+    if e.series != 0:  # whose root is exact, and may be close behind another root
+        return False
+    for j in range(first, k):
+        if events.index[j] == events.index[k]:
+            return False
+    return not ((e.g > 0.0 and e.g_new > 0.0) or (e.g < 0.0 and e.g_new < 0.0))
+
+
+@njit(**INTERNAL)
+def _count_met(events, first, n, cut):
+    """Store and count the events that occur together; return the new count."""
+    table, before = events.table, n
+    t, ends = table[cut].root, ends_run(table[cut])
     for i in range(len(table)):
         e = table[i]
         if not e.active:
             continue
-        if cut >= 0:
-            later = direction * (e.root - table[cut].root)
-            if later > 0.0 or (later == 0.0 and i > cut and ends):
-                e.active = 0
-                continue
-            if e.jump != 0 and i != cut:
-                e.active = PENDING  # one event acts at a time: this event acts after the other
-                continue
-        e.count += 1
-        events.index[n], events.t[n] = i, e.root
-        polynomial(d, (e.root - t_old) / h, events.y[n])
-        n += 1
+        if ends and i > cut:
+            e.active = 0
+        elif e.jump != 0 and i != cut:
+            e.active = PENDING  # one event acts at a time: this event acts on the other's new state
+            e.g = e.g if e.direction == 0.0 else -SIGN * np.sign(e.direction)
+        else:
+            _take(e, t)
+            events.index[n], events.t[n] = i, t
+            n += 1
+    for k in range(first, before):
+        if abs(events.t[k] - t) <= near(t):
+            table[events.index[k]].active = 1
     return n
 
 
@@ -217,10 +316,9 @@ def find_events(kernels, solve, output, events, scratch, t, reached, ready, d, a
     Returns the event that ends the step, NONE, FAILED or ENDLESS.
     """
     s, o, table = solve.state[0], output.record[0], events.table
-    t_old, h = s.t_old, s.t - s.t_old
     if not evaluate_end(solve, events, scratch, t, reached, d):
         return FAILED
-    n_active, meets, t_from = find_active(table), NEVER, t_old
+    n_active, meets, t_from = find_active(table), NEVER, s.t_old
     if acts is not None:
         t_from = first_time(s, o, output.segments)
         meets = distance_to_meet(s, output.segments, events.schedules, t)
@@ -238,21 +336,13 @@ def find_events(kernels, solve, output, events, scratch, t, reached, ready, d, a
         return NONE
     if not ready:
         interpolate(kernels, solve, d)
-    cut = locate(table, d, t_from, t, t_old, h, s.direction, o.jumps, meets, scratch)
-    if acts is not None:
-        if cut >= 0 and table[cut].jump != 0:
-            cut = coincide(table, cut, d, t_old, h, s.direction, scratch)
-            if cut < 0:
-                return cut
-    first = o.n_events
-    o.n_events = record(events, cut, d, t_old, h, s.direction, first)
-    if acts is not None:
-        if not project_events(kernels, events, first, o.n_events, scratch):
-            return FAILED
-    if cut < 0:
-        if acts is not None:
-            for i in range(len(table)):
-                if table[i].active and abs(table[i].root - t) <= meets:
-                    note_meeting(table[i], t, h, abs(table[i].g_new - table[i].g))
-        accept(table)
-    return cut
+    end = o.n_events
+    for i in range(len(table)):
+        e = table[i]
+        if e.active:
+            root = t
+            if e.active != MET:
+                root = root_in(e, d, t_from, t, s.t_old, s.t - s.t_old, scratch)
+            e.active, e.size = 0, abs(e.g_new - e.g)
+            end = note(o, events, i, root, t, s.t_old, meets, end)
+    return settle(kernels, solve, output, events, scratch, t, d, end, meets, acts)

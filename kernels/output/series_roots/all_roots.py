@@ -22,30 +22,27 @@ from ...calls.calling_convention import invoke
 from ...jit.options import INTERNAL, njit
 from ...state.rows import rows_on_stack, slot
 from ..arguments import MOST_ROOTS, MOST_TERMS
-from ..brent import resolution
 from ..dense_output import interpolate, polynomial
 from ..events import (
     FAILED,
-    LEAVES,
     NONE,
     PLAIN,
     SIGN,
     accept,
     changes_sign,
     evaluate_end,
+    note,
     root_in,
+    settle,
 )
 from ..meetings import (
     NEVER,
     RAISES,
     crosses_behind,
     distance_to_meet,
-    note_meeting,
 )
-from ..projection import project_events
 from ..segments import first_time
 from .bernstein import WIDTH
-from .in_order import count, count_met, meet, sort
 from .polynomial_roots import GIVEN, PLACES, ROWS, TURNS, polynomial_roots
 from .roots_in_parts import agrees, roots_in_parts
 
@@ -56,42 +53,24 @@ CONVERGED = 1e-9  # largest remainder of a series that is used, as a share of it
 def find_all(kernels, solve, output, events, scratch, t, reached, ready, d):
     """Record the events of a step up to t, each as often as it occurs; results as `find_events`."""
     s, o, table = solve.state[0], output.record[0], events.table
-    first = n = o.n_events
+    first = o.n_events
     if not evaluate_end(solve, events, scratch, t, reached, d):
         return FAILED
     t_from = first_time(s, o, output.segments)
-    end, by_sign = _note_series(solve, o, events, t_from, t, scratch)
     meets = distance_to_meet(s, output.segments, events.schedules, t)
+    end, by_sign = _note_series(solve, o, events, t_from, t, meets, scratch)
     if end == first and not by_sign and meets == NEVER:
         accept(table)
         return NONE
     if not ready:
         interpolate(kernels, solve, d)
     if by_sign:
-        end = _note_others(s, o, events, d, t_from, t, end, scratch)
+        end = _note_others(s, o, events, d, t_from, t, meets, end, scratch)
     if meets != NEVER:
         end = _note_met(s, events, d, t, meets, first, end, scratch)
         if end == RAISES:
             return FAILED
-    sort(events, first, end, s.direction)
-    n, cut = count(events, first, end)
-    if cut >= 0 and table[cut].jump != 0:
-        cut = meet(events, first, n, end, d, s, scratch)
-        if cut < 0:
-            return cut
-        n = count_met(events, first, n, cut)
-    for i in range(first, n):
-        polynomial(d, (events.t[i] - s.t_old) / (s.t - s.t_old), events.y[i])
-    o.n_events = n
-    if not project_events(kernels, events, first, n, scratch):
-        return FAILED
-    if cut < 0:
-        for i in range(first, n):
-            if abs(events.t[i] - t) <= meets:
-                e = table[events.index[i]]
-                note_meeting(e, t, s.t - s.t_old, e.size)
-        accept(table)
-    return cut
+    return settle(kernels, solve, output, events, scratch, t, d, end, meets, 1)
 
 
 @njit(**INTERNAL)
@@ -100,7 +79,7 @@ def _note_met(s, events, d, t, meets, first, end, scratch):
     behind, noted = t + s.direction * meets, end
     for k in range(first, end):
         if abs(events.t[k] - t) <= meets:
-            events.t[k], events.table[events.index[k]].active = t, 1
+            events.table[events.index[k]].active = 1
     polynomial(d, (behind - s.t_old) / (s.t - s.t_old), scratch[0])
     for i in range(len(events.table)):
         e = events.table[i]
@@ -116,7 +95,7 @@ def _note_met(s, events, d, t, meets, first, end, scratch):
 
 
 @njit(**INTERNAL)
-def _note_series(solve, o, events, t_from, t, scratch):
+def _note_series(solve, o, events, t_from, t, meets, scratch):
     """Note the roots of all series; return the end of the notes, and whether other events act."""
     s, room, kept = solve.state[0], rows_on_stack(ROWS, WIDTH), rows_on_stack(2, MOST_ROOTS)
     end, by_sign = o.n_events, False
@@ -129,12 +108,12 @@ def _note_series(solve, o, events, t_from, t, scratch):
             e.size, e.active = abs(e.g_new - e.g), changes_sign(e)
             by_sign = by_sign or e.active != 0
         elif e.g == 0.0 and s.n_accepted == 1 and _is_wanted(e, first, True):
-            end = _note(s, o, events, i, t_from, end)
+            end = note(o, events, i, t_from, t, s.t_old, meets, end)
         for j in range(n):
             if _is_wanted(e, kept[1, j], False):
                 x = kept[0, j]
                 root = t_from if x == 0.0 else t if x == 1.0 else s.t_old + x * (t - s.t_old)
-                end = _note(s, o, events, i, root, end)
+                end = note(o, events, i, root, t, s.t_old, meets, end)
     return end, by_sign
 
 
@@ -189,24 +168,12 @@ def _is_wanted(e, turn, begins):
 
 
 @njit(**INTERNAL)
-def _note(s, o, events, i, root, end):
-    """Note a root of event i, unless the root is recorded; return the new end of the notes."""
-    e = events.table[i]
-    if o.jumps != 0 and abs(root - s.t_old) <= resolution(s.t_old):
-        root = s.t_old
-        if e.begins == LEAVES and e.jump == 0:
-            return end
-    events.index[end], events.t[end] = i, root
-    return end + 1
-
-
-@njit(**INTERNAL)
-def _note_others(s, o, events, d, t_from, t, end, scratch):
+def _note_others(s, o, events, d, t_from, t, meets, end, scratch):
     """Note the events without a series whose sign has changed; return the new end of the notes."""
     for i in range(len(events.table)):
         e = events.table[i]
         if e.active:
             e.active = 0
             root = root_in(e, d, t_from, t, s.t_old, s.t - s.t_old, scratch)
-            end = _note(s, o, events, i, root, end)
+            end = note(o, events, i, root, t, s.t_old, meets, end)
     return end

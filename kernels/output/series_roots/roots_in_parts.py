@@ -17,8 +17,7 @@ from ...state.record import K
 from ...state.rows import copy_row, slot
 from ..arguments import MOST_ROOTS, MOST_TERMS
 from ..brent import resolution
-from ..events import SIGN
-from .in_order import JUMP
+from ..events import JUMP, SIGN
 from .polynomial_roots import GIVEN, PLACES, TURNS, polynomial_roots
 
 CLOSE = 1e-9  # share of sum|c| that the last two terms, and a gap between parts, may reach
