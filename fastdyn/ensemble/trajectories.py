@@ -123,6 +123,10 @@ class Trajectories:
             status[self._results.status == code] = ours
         return status
 
+    def ends_with(self, code):
+        """Which trajectories ended with this code of the kernels."""
+        return self._results.status == code
+
     @property
     def success(self):
         return self.status >= 0

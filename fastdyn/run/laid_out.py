@@ -12,7 +12,7 @@ from fastdyn.code_store.call import address_of
 from fastdyn.compile import budget
 from fastdyn.compile.python_callback import interruptible
 from fastdyn.kernels.calls.block import FAILED, JACOBIAN, RARE
-from fastdyn.kernels.output.arguments import FRESH, Kernels, Launch
+from fastdyn.kernels.output.arguments import FRESH, Kernels
 from fastdyn.kernels.state.record import RAISED
 from fastdyn.kernels.state.snapshot_table import STATE, STRIDE
 from fastdyn.problem.domains.options import keeps
@@ -296,9 +296,3 @@ class LaidOut(PythonBetween):
             yield type(self)(p, self._own, self._others)
         finally:
             block[JACOBIAN:RARE] = named[JACOBIAN:RARE]
-
-    def new_launch(self):
-        """A Launch with a new memory, for a kernel that begins solves by itself."""
-        self.memory = new_memory(self.plan.size)
-        self._words[self._advance] = self.tier.address
-        return Launch(*self._launch[:2], address_of(self.memory), 0, self._image, self.plan.places)

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fastdyn.compile.bind import leave_to_python
-from fastdyn.compile.sentences import GaveUp, name_of
+from fastdyn.compile.sentences import name_of
 from fastdyn.plot.displayed import table
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked, compiled_method, refuse
@@ -26,7 +25,6 @@ from fastdyn.words.calls import shown_when_wrong
 from fastdyn.words.kinds import shown
 
 from .discrete import PreparedWithDiscrete
-from .many import Ends, solve_many
 from .repeated import WithSensitivities
 from .sensitivities import extended, solve_with_sensitivities
 
@@ -105,7 +103,7 @@ def _prepared(asked, given):
     if asked.sensitivity is not None:
         check_method(asked, method)
     problem = validate.problem(asked, method, mode_for(asked, method))
-    return Prepared(problem, given, asked.sensitivity)
+    return Prepared(problem, given, asked)
 
 
 def _again(given):
@@ -119,8 +117,9 @@ class Prepared:
     Results do not share memory.  Several threads may call the solver at once.
     """
 
-    def __init__(self, problem, given, sensitivity=None):
+    def __init__(self, problem, given, asked):
         self._problem, self._shape, self._given = problem, problem.y0.shape, given
+        self._asked, sensitivity = asked, asked.sensitivity
         self._fun, self._args = problem.fun, problem.args
         self._others = [function for function, _ in between_steps(problem)]
         self._sensitivity = sensitivity
@@ -184,8 +183,9 @@ class Prepared:
     def many(self, y0s=None, args=None):
         """Solve from many initial states, with many arguments, one after the other.
 
-        One call of a kernel makes thousands of short solves.  The results equal the results of a
-        loop over calls, to the last bit.  `solve_ensemble` uses all cores, and vectors.
+        More than a hundred solves are an ensemble on one thread, which makes thousands of short
+        solves in one call of a kernel.  The results equal the results of a loop over calls, to the
+        last bit.  `solve_ensemble` uses all cores, and vectors.
 
         Parameters
         ----------
@@ -207,6 +207,8 @@ class Prepared:
         ValueError
             If lengths do not agree, or shapes do not fit the solver.
         """
+        from . import many  # imports Numba
+
         p = self._problem
         if self._sensitivity is not None:
             raise ValueError("`many` computes no sensitivities: call the solver in a loop.")
@@ -220,26 +222,10 @@ class Prepared:
             raise ValueError(f"All components of `y0s` must be finite; row {bad} is not.")
         if members.n != self._shape[0]:
             raise ValueError(f"`y0s` must have shape (m, {self._shape[0]}), or one row of it.")
-        if not members.count:
-            return Ends(p, 0, members.n).result()
-        while True:
-            try:
-                ends = solve_many(p, members)
-                break
-            except GaveUp as reason:
-                leave_to_python(reason.bound, reason)
-        if ends is None:
-            ends = Ends(p, members.count, members.n)
-            for i in range(members.count):
-                ends.put(i, self(members.state(i), members.args(i)))
-        elif self._may_jump():
-            self(members.state(0), members.args(0))  # one of them warns
-        return ends.result()
-
-    def _may_jump(self):
-        """Whether a solve may warn of a change that its steps jump over."""
-        found = [ready.run.switching for ready in self._solver.idle[:1]]
-        return any(switching is not None and not switching.ends for switching in found)
+        if members.count <= many.FEW:
+            return many.one_by_one(self, p, members)
+        given = p.args if args is None else tuple(args)
+        return many.as_ensemble(self, self._asked._replace(args=given), members)
 
 
 class _Solver(Solver):

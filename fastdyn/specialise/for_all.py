@@ -16,7 +16,6 @@ FOR_ALL = {  # name: function in `kernels`, signature in `specialise`
     "watch plain": ("output.between_steps.watch_plain", "signatures.WATCH"),
     "launch": ("output.whole_solves.launch", "signatures.LAUNCH"),
     "interpolant": ("output.dense_output.interpolant", "signatures.INTERPOLANT"),
-    "many": ("output.whole_solves.solve_many", "signatures.MANY"),
     "whole solve": ("output.whole_solves.whole_solve", "signatures.WHOLE_SOLVE"),
     "decide": ("output.changes.decide", "signatures_of_changes.DECIDE"),  # about switching times
     "events": ("output.events.open_events", "signatures.OPEN"),

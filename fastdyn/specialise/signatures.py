@@ -14,7 +14,6 @@ from fastdyn.kernels.output.arguments import (
     Events,
     Kernels,
     Launch,
-    Many,
     Output,
 )
 from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, Bins
@@ -70,11 +69,6 @@ OTHER_FACTORS = kernel_of(*IN_MATRICES, 0.0, 0.0)
 OTHER_COMPLEX_FACTORS = kernel_of(*IN_MATRICES, 0.0, 0.0, 0.0)
 OTHER_SOLUTION = kernel_of(*IN_MATRICES, 0, 0)
 INTERPOLANT = kernel_of(KERNELS, SOLVE, TABLE)
-MANY = kernel_of(
-    Launch(0, 0, 0, 0, WORDS, PAIRS),
-    Many(WORDS, STATES, OUTPUTS, ROW, TABLE, TABLE, PAIRS, PAIRS, ROW, CUBE, PAIRS, 0, 0),
-    0,
-)
 WHOLE_SOLVE = kernel_of(Begin(0, 0, 0, ROW, 0), *WATCHING)
 OPEN_SURVEY = kernel_of(STUDIED, 0.0, ROW, ROW)
 SURVEYING = kernel_of(0, SOLVE, np.empty(0, SURVEY), STUDIED, Bins(ROW, CUBE, ROW, TABLE), ROW, 0)

@@ -183,36 +183,3 @@ class Launch(NamedTuple):
     y0: Any
     image: Any
     places: Any
-
-
-# In `queue`: the present solve, the number of solves, and whether the present solve has begun, or
-# is GIVEN_UP because its end is out of reach.
-NEXT, COUNT, BEGUN = range(3)
-GIVEN_UP = 2
-
-
-class Many(NamedTuple):
-    """Common data of m solves, data of each solve, and arrays for the results.
-
-    `queue` tells how far the solves are.
-    `state`, `record`, `t` and `y` are the records and the first piece of the output in the memory.
-    `y0` has the initial states, (m, n), or (1, n) for all solves.  `values`, (m, k), has the values
-    of the arguments that vary, as words; `places` has the destination of each word, (address,
-    column).  The results are `t_end`, (m,), `y_end`, (m, places, n), and `counts`, (m, 4): status,
-    accepted steps, rejected steps, extra evaluations.  `n_steps` is the word of `whole_solve` with
-    the number of steps, `max_steps` the largest number of steps of a solve.
-    """
-
-    queue: Any
-    state: Any
-    record: Any
-    t: Any
-    y: Any
-    y0: Any
-    values: Any
-    places: Any
-    t_end: Any
-    y_end: Any
-    counts: Any
-    n_steps: Any
-    max_steps: Any

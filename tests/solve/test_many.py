@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fastdyn import prepare
+from fastdyn.compile import memory
 from fastdyn.ensemble import Shared
 
 RNG = np.random.default_rng(3)
@@ -40,6 +41,14 @@ def same(many, solver, starts, arguments):
             assert many[name][i] == one[name], name
 
 
+@pytest.fixture(params=["one by one", "ensemble"], autouse=True)
+def way(request, monkeypatch):
+    """A few solves are a loop, more are an ensemble."""
+    from fastdyn.solve import many
+
+    monkeypatch.setattr(many, "FEW", 1000 if request.param == "one by one" else -1)
+
+
 OPTIONS = {
     "plain": {},
     "long": {"rtol": 1e-11, "atol": 1e-11},  # more steps than fit the first piece
@@ -59,7 +68,6 @@ def test_the_same_as_one_by_one(options, monkeypatch):
     found = solver.many(STARTS, (SPEEDS, 0.1))
     same(found, solver, STARTS, [(k, 0.1) for k in SPEEDS.tolist()])
     monkeypatch.setattr("fastdyn.run.loop.CHUNK_SECONDS", 0.0)  # a step a chunk
-    monkeypatch.setattr("fastdyn.solve.many.FIRST_STEPS", 1)
     cut = solver.many(STARTS, (SPEEDS, 0.1))
     assert all(np.array_equal(cut[name], found[name], equal_nan=True) for name in found)
 
@@ -127,6 +135,7 @@ def test_a_function_that_stays_in_python():
         seen.append(t)
         return -k * y
 
+    memory.forget()  # the warning of the other way
     with pytest.warns(match="runs in Python"):
         solver = prepare(pull, SPAN, [1.0], args=(1.0,))
     same(solver.many(args=(SPEEDS,)), solver, 30 * [[1.0]], [(k,) for k in SPEEDS.tolist()])
@@ -140,3 +149,13 @@ def test_refused():
     dense = prepare(spring, SPAN, STARTS[0], args=(1.0, 0.1), compile="shared", dense_output=True)
     with pytest.raises(ValueError, match="dense_output"):
         dense.many(STARTS)
+
+
+def test_few_and_many_have_the_same_fields(monkeypatch):
+    monkeypatch.undo()
+    solver = prepare(spring, SPAN, STARTS[0], args=(1.0, 0.1), compile="shared")
+    few, many = (solver.many(np.resize(STARTS, (m, 2))) for m in (10, 1000))
+    assert few.keys() == many.keys()
+    for name in few:
+        assert few[name].dtype == many[name].dtype and few[name].shape[1:] == many[name].shape[1:]
+        assert np.array_equal(few[name], many[name][:10]), name
