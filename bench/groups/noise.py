@@ -79,7 +79,7 @@ def _diffrax(paths):
         )
         solved = diffrax.diffeqsolve(
             terms, diffrax.Euler(), 0.0, 1.0, 1.0 / STEPS, 1.0, max_steps=STEPS + 1,
-            saveat=diffrax.SaveAt(t1=True),
+            saveat=diffrax.SaveAt(t1=True), adjoint=diffrax.ForwardMode(),
         )  # fmt: skip
         return solved.ys[0]
 
