@@ -12,10 +12,11 @@ INSIDE = 1e-8  # how far a start is moved from its bound, as share of its size
 # units of the parameters do not decide. SciPy's 1e-8 of the norm of x would pass over a parameter
 # beside one that is known to nine digits; 1e-8 of the gradient would end at a noise of 1e-8.
 XTOL = 1e-12
+LEAST = 1e-6  # standard errors in the size of a parameter; SciPy's distance from bounds is 1e-10
 GTOL = 1e-12
 
 
-def descend(evaluate, start, low, high, failed=None, **options) -> Any:
+def descend(evaluate, start, low, high, failed=None, longest=np.inf, **options) -> Any:
     """The result of `least_squares` from a start, which is moved a little inside of its bounds.
 
     Parameters
@@ -24,17 +25,20 @@ def descend(evaluate, start, low, high, failed=None, **options) -> Any:
         ``evaluate(x)`` returns residuals and their Jacobian, or raises Failed.
     failed : callable, optional
         Called with each Failed of a later trial; the search then takes a shorter step.
+    longest : float or ndarray
+        The longest step from one trial to the next.
 
     Raises
     ------
     Failed
         If the first trial fails.
     """
-    margin = INSIDE * np.minimum(np.where(start == 0, 1.0, np.abs(start)), high - low)
+    size = np.where(start == 0, 1.0, np.abs(start))
+    margin = INSIDE * np.minimum(size, high - low)
     start = np.clip(start, low + margin, high - margin)
     last = [start, *evaluate(start)]
     n_rows = len(last[1])
-    lengths = scaled(last[2])[1]
+    lengths = np.maximum(scaled(last[2])[1], LEAST / size)
 
     def values(z):
         return start if np.array_equal(z, start * lengths) else np.clip(z / lengths, low, high)
@@ -43,6 +47,8 @@ def descend(evaluate, start, low, high, failed=None, **options) -> Any:
         x = values(z)
         if np.array_equal(x, last[0]):
             return last[1]
+        if (np.abs(x - last[0]) > longest).any():
+            return np.full(n_rows, np.nan)
         try:
             last[:] = x, *evaluate(x)
         except Failed as reason:

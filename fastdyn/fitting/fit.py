@@ -2,13 +2,15 @@
 
 import numpy as np
 
-from fastdyn.compile.sentences import told_once
+from fastdyn.compile.sentences import told_once, warn
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
-from .model import model_of
+from .free import has_free
+from .model import model_of, records_of
 from .motion import options_of
 from .result import Fit
+from .robust import loss_of
 from .search import search
 from .starts import starts_of
 
@@ -18,7 +20,7 @@ MAX_NFEV = 200
 @shown_when_wrong(differences=kinds.flag, progress=kinds.flag)
 def fit(
     fun, records, starts=1, max_nfev=MAX_NFEV, level=0.95, differences=False, progress=False,
-    **options,
+    loss="linear", f_scale=1.0, **options,
 ):  # fmt: skip
     """Fit the `Free` numbers of records by maximum likelihood.
 
@@ -27,8 +29,9 @@ def fit(
 
     Parameters
     ----------
-    fun : callable
-        ``fun(t, y, *args)``, as of `solve_ivp`.
+    fun : callable or System
+        ``fun(t, y, *args)``, as of `solve_ivp`; or a system, whose start and parameters the records
+        take where they give none.
     records : Record or sequence of Record
         Measured data, with `Free` in place of the numbers that are sought. One Free in several
         records is one parameter.
@@ -46,6 +49,12 @@ def fit(
         be traced or differentiated, or that jump.
     progress : bool
         Show trials and sum of squares on stderr.
+    loss : str or callable
+        As of `least_squares`: "soft_l1", "huber", "cauchy", "arctan", or a function, so that
+        outliers count less. Normal noise that is unknown is then estimated by the median of the
+        residuals; errors are those of M-estimates, and there is no likelihood.
+    f_scale : float
+        The residual, in standard deviations, at which `loss` turns away from the square.
     **options
         Of `solve_ivp`; by default method="DOP853", rtol=1e-8, atol=1e-10, max_steps=100_000.
 
@@ -69,13 +78,28 @@ def fit(
     >>> found = fit(decay, Record(times, amounts, [Free(1.0)], (Free(1.0, low=0),), noise=0.02))
     >>> print(found.values["rate"], found.errors)
     """
+    records = records_of(records)
     max_nfev, level = _count(max_nfev), _level(level)
     options = options_of(options)
-    model = model_of(fun, records, options, bool(differences))
+    loss = loss_of(loss, f_scale)
+    model = model_of(fun, records, options, bool(differences), loss)
     trials = starts_of(starts, model.parameters)
+    for record in model.records:
+        _tell_start(record)
     with told_once():
-        found = search(model, trials, options, max_nfev, progress)
+        found = search(model, trials, max_nfev, progress)
     return Fit(model, found, level)
+
+
+def _tell_start(record):
+    """Warn of a known state at a first time that is not 0, where nobody said when it was."""
+    if record.began or has_free(record.y0) or not record.t0 > 0:
+        return
+    warn(
+        f"`y0` is taken as the state at the first time, t0 = {record.t0:g}. If it is the state at "
+        f"t = 0, give `t0=0` to the Record; else `t0={record.t0:g}` says the same without a "
+        "warning."
+    )
 
 
 def _count(value):

@@ -4,8 +4,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
+LONGEST = 4.6  # step of a logarithm: a factor of 100, beyond which slopes say nothing
 FIXED = -1  # the parameter of a number that is not fitted
 
 
@@ -24,10 +26,13 @@ class Free:
         By default the name of the argument, or the place, such as ``y0[1]``.
     prior : tuple of two numbers, optional
         Mean and standard deviation of what is known beforehand, a normal distribution.
+    log : bool
+        Search and linearise in the logarithm: for positive values of unknown size. Intervals are
+        then positive; a prior is still one of the value.
     """
 
-    @shown_when_wrong()
-    def __init__(self, start, low=-np.inf, high=np.inf, name=None, prior=None):
+    @shown_when_wrong(log=kinds.flag)
+    def __init__(self, start, low=-np.inf, high=np.inf, name=None, prior=None, log=False):
         self.start = _numbers(start, "start")
         if not np.isfinite(self.start).all() or not self.start.size:
             raise ValueError(f"`start` of a Free must be finite numbers; got {start!r}.")
@@ -41,6 +46,11 @@ class Free:
         if name is not None and not isinstance(name, str):
             raise TypeError(f"`name` of a Free must be text; got {name!r}.")
         self.name, self.prior = name, None if prior is None else self._known(prior)
+        self.log = bool(log)
+        if self.log:
+            self.low = np.maximum(self.low, 0.0)
+            if not (self.start > 0).all():
+                raise ValueError(f"A Free with `log=True` starts above 0; got {start!r}.")
 
     def _like_start(self, value, name):
         found = _numbers(value, name)
@@ -77,6 +87,9 @@ class Free:
         of_start = {"low": self.low, "high": self.high}
         shown = [f"{k}={v.flat[0]:g}" for k, v in of_start.items() if np.isfinite(v).any()]
         shown += [] if self.name is None else [f"name={self.name!r}"]
+        if self.prior is not None:
+            shown.append("prior=({:g}, {:g})".format(*[each.flat[0] for each in self.prior]))
+        shown += ["log=True"] if self.log else []
         start = self.start.item() if not self.start.ndim else f"array of {self.start.shape}"
         return f"Free({', '.join([str(start), *shown])})"
 
@@ -132,19 +145,29 @@ class Template:
 
 
 class Places(NamedTuple):
-    """The parameters in one record: `y0` and each of `args` are a Template, or a fixed value."""
+    """The parameters in one record.
+
+    `y0`, each of `args`, and `t0` are a Template, or a fixed value; `args` are the leaves of
+    `apart`.
+    """
 
     y0: Any
     args: tuple
+    t0: Any
+    apart: Any
 
     def at(self, x):
         """(y0, args) at the parameters x."""
         y0 = self.y0.at(x) if isinstance(self.y0, Template) else self.y0.copy()
         return y0, tuple([a.at(x) if isinstance(a, Template) else a for a in self.args])
 
+    def begin(self, x):
+        """The time of the initial state at the parameters x."""
+        return self.t0.at(x) if isinstance(self.t0, Template) else self.t0
+
     def asked(self):
         """The Template of each direction of the sensitivities, by its name."""
-        found = {"y0": self.y0, **{f"args[{j}]": a for j, a in enumerate(self.args)}}
+        found = {"y0": self.y0, **{f"args[{j}]": a for j, a in enumerate(self.args)}, "t0": self.t0}
         return {name: each for name, each in found.items() if isinstance(each, Template)}
 
 
@@ -156,19 +179,26 @@ class Parameters:
     names : list of str
     start, low, high, mean, deviation : ndarray, shape (n_parameters,)
         `deviation` is infinite without a prior.
+    log : ndarray of bool, shape (n_parameters,)
+        Whose logarithm is the coordinate of the search.
+    lowest, highest, longest : ndarray, shape (n_parameters,)
+        The bounds, and the longest step, in coordinates.
     """
 
     def __init__(self):
         self.frees: list[Free] = []
-        self._first, self._labels = {}, []
+        self._first, self._labels, self._latest = {}, [], {}
         self._size = 0
 
-    def places(self, y0, args, labels, mark):
-        """The Places of a record; `labels` name y0 and the arguments, `mark` the record."""
-        found = [
-            self._template(v, label, mark) for v, label in zip((y0, *args), labels, strict=True)
-        ]
-        return Places(found[0], tuple(found[1:]))
+    def places(self, y0, apart, t0, labels, mark, first):
+        """The Places of a record, `first` its first time; `labels` name y0 and the leaves."""
+        given = zip((y0, *apart.leaves), labels, strict=True)
+        found = [self._template(v, label, mark) for v, label in given]
+        begin = self._template(t0, "t0", mark)
+        if isinstance(begin, Template):
+            latest = self._latest.setdefault(int(begin.index), first)
+            self._latest[int(begin.index)] = min(latest, first)
+        return Places(found[0], tuple(found[1:]), begin, apart)
 
     def _template(self, value, label, mark):
         held = value if isinstance(value, Free) else _with_free(value, label)
@@ -221,18 +251,33 @@ class Parameters:
             np.concatenate([getattr(free, name).ravel() for free in self.frees])
             for name in ("start", "low", "high")
         )
+        for i, latest in self._latest.items():  # y0 is not after the first value
+            self.high[i] = min(self.high[i], latest)
+        self.log = np.concatenate([np.full(free.start.size, free.log) for free in self.frees])
+        self.lowest, self.highest = self.coordinates(self.low), self.coordinates(self.high)
+        self.longest = np.where(self.log, LONGEST, np.inf)
         known = [free.prior or free.no_prior() for free in self.frees]
         self.mean, self.deviation = (
             np.concatenate([each.ravel() for each in of_all]) for of_all in zip(*known, strict=True)
         )
 
+    def coordinates(self, x):
+        """Values, shape (..., n_parameters), as coordinates of the search."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(self.log, np.log(x), x)
+
+    def values(self, z):
+        """Coordinates of the search as values."""
+        with np.errstate(over="ignore"):
+            return np.where(self.log, np.clip(np.exp(z), self.low, self.high), z)
+
+    def slopes(self, x):
+        """The derivatives of values by coordinates."""
+        return np.where(self.log, x, 1.0)
+
 
 def _with_free(value, label) -> Any:
     """A list, tuple or array as an array of objects if a Free is in it, else None."""
-    if isinstance(value, dict):
-        if any(isinstance(v, Free) for v in value.values()):
-            raise TypeError(f"{label} is a dict with a Free: give lists, arrays or numbers.")
-        return None
     if not isinstance(value, list | tuple | np.ndarray) or not _holds_free(value):
         return None
     try:

@@ -5,29 +5,34 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.ensemble.labels import argument_labels
+from fastdyn.solve.differentiable.trees import apart
 from fastdyn.words.kinds import refuse
 
 from .descent import scaled
-from .free import Parameters
+from .free import Parameters, has_free
 from .motion import Failed, Motion
-from .noise import Unknown
+from .noise import LOG_2PI, Poisson, Unknown
 from .record import Record
+from .robust import MAD
 
+RECORDS = (
+    "a Record, or a sequence of Records: fit(fun, Record(t, values, y0, args)), with Free(start) "
+    "in place of each number of y0 and args that is sought"
+)
 LEAST_NOISE = 1e-12  # of an estimated deviation, relative to the largest value
 
 
 class Residuals(NamedTuple):
-    """Residuals at parameters x, their Jacobian, and rows whose square is Fisher's information."""
+    """Residuals at coordinates x, their Jacobian, and rows whose square is Fisher's information.
+
+    `chi2` is the sum of the squares, or of losses: the deviance, with priors.
+    """
 
     x: np.ndarray
     r: np.ndarray
     jac: np.ndarray
     information: np.ndarray
-
-    @property
-    def chi2(self):
-        """The sum of the squares: the deviance, with priors."""
-        return float(self.r @ self.r)
+    chi2: float
 
 
 class Model:
@@ -43,20 +48,29 @@ class Model:
         The best trial with the present noise, and the end of the last search.
     n_failed, failure : int, str
         Trials whose motion failed, and the message of the last.
+
+    Trial values x are coordinates of the search: see `free.Parameters`.
     """
 
-    def __init__(self, fun, records, options, differences):
+    def __init__(self, fun, records, options, differences, loss=None, system=None):
         self.fun, self.records, self.parameters = fun, records, Parameters()
-        self.differences = differences
+        self.differences, self.loss, self.system = differences, loss, system
         many = len(records) > 1
         placed = []
         for k, record in enumerate(records):
-            labels = ["y0", *(label.name for label in argument_labels(fun, record.args, None))]
-            mark = f" of record {k}" if many else ""
-            placed.append(self.parameters.places(record.y0, record.args, labels, mark))
+            labels = [label.name for label in argument_labels(fun, record.args, system)]
+            held = apart(record.args, has_free, labels=labels)
+            mark = f" of {name_of_record(record, k)}" if many else ""
+            given = record.y0, held, record.t0, ["y0", *held.names], mark, float(record.t.min())
+            placed.append(self.parameters.places(*given))
         self.parameters.close()
         self.motions = [
-            Motion(fun, places, self.parameters, record.t0, options, differences)
+            Motion(places.apart.function(fun), places, self.parameters,
+                   _of_leaves(options, places.apart), differences)
+            for places in placed
+        ]  # fmt: skip
+        self.observations = [
+            record.observation.of(places.apart)
             for record, places in zip(records, placed, strict=True)
         ]
         self.priors = np.flatnonzero(np.isfinite(self.parameters.deviation))
@@ -89,11 +103,18 @@ class Model:
                 begin += len(data)
                 if isinstance(noise, Unknown):
                     found.setdefault(noise.group, []).append((noise, rows, data))
+        own = {group: f"{name_of(group)}{self._mark(group)}" for group in found}
+        self.names_of_noise = own
         return {
             group: ([n for n, *_ in each], np.concatenate([rows for _, rows, _ in each]),
                     np.concatenate([data for *_, data in each]))
             for group, each in found.items()
         }  # fmt: skip
+
+    def _mark(self, group):
+        """The words for a group of noise of one record."""
+        at = [k for k, record in enumerate(self.records) if record is group[-1]]
+        return f" of {name_of_record(self.records[at[0]], at[0])}" if at else ""
 
     def _start_noise(self):
         for noises, _, data in self.groups.values():
@@ -114,10 +135,13 @@ class Model:
             freedom = len(rows) - leverage[rows].sum()
             if freedom < 0.5:
                 raise ValueError(
-                    f"The noise of {name_of(group)} cannot be estimated from {len(rows)} values "
-                    f"beside {len(found.x)} parameters: give `noise`."
+                    f"The noise of {self.names_of_noise[group]} cannot be estimated from "
+                    f"{len(rows)} values beside {len(found.x)} parameters: give `noise`."
                 )
-            factor = np.sqrt((found.r[rows] ** 2).sum() / freedom)
+            if self.loss is None:
+                factor = np.sqrt((found.r[rows] ** 2).sum() / freedom)
+            else:  # outliers do not count
+                factor = np.median(np.abs(found.r[rows])) / MAD * np.sqrt(len(rows) / freedom)
             old = noises[0].deviation
             new = max(old * factor, LEAST_NOISE * (np.abs(data).max(initial=0.0) or 1.0))
             change = max(change, abs(new / old - 1))
@@ -128,7 +152,23 @@ class Model:
 
     def deviations(self):
         """The estimated standard deviations of unknown noise, by group."""
-        return {group: noises[0].deviation for group, (noises, *_) in self.groups.items()}
+        return {
+            self.names_of_noise[group]: float(noises[0].deviation)
+            for group, (noises, *_) in self.groups.items()
+        }
+
+    def log_likelihood(self, r):
+        """The logarithm of the likelihood with residuals r, largest over unknown noise."""
+        total, begin = 0.0, 0
+        for record in self.records:
+            for noise, data in zip(record.noise, record.data, strict=True):
+                if not isinstance(noise, Unknown):
+                    total += noise.log_likelihood(r[begin : begin + len(data)], data)
+                begin += len(data)
+        for noises, rows, _ in self.groups.values():
+            variance = noises[0].deviation ** 2 * (r[rows] ** 2).mean()
+            total -= 0.5 * len(rows) * (LOG_2PI + np.log(variance) + 1.0)
+        return float(total)
 
     def residuals(self, x):
         """The Residuals at x.
@@ -150,26 +190,34 @@ class Model:
 
     def residuals_anew(self, x):
         """The Residuals at x, computed in any case."""
-        parts = []
-        for record, motion in zip(self.records, self.motions, strict=True):
-            parts.append(self._of_record(record, motion, x))
+        p, parts = self.parameters, []
+        at = p.values(x)
+        slopes = p.slopes(at)
+        for k in range(len(self.records)):
+            parts.append(self._of_record(k, at))
         if len(self.priors):
-            p, rows = self.parameters, np.zeros((len(self.priors), len(x)))
+            rows = np.zeros((len(self.priors), len(x)))
             rows[np.arange(len(rows)), self.priors] = 1.0 / p.deviation[self.priors]
-            parts.append((((x - p.mean) / p.deviation)[self.priors], rows, rows))
-        found = Residuals(x.copy(), *(np.concatenate(each) for each in zip(*parts, strict=True)))
+            parts.append((((at - p.mean) / p.deviation)[self.priors], rows, rows))
+        r, jac, information = (np.concatenate(each) for each in zip(*parts, strict=True))
+        found = Residuals(x.copy(), r, jac * slopes, information * slopes, self.total(r))
         if not (np.isfinite(found.r).all() and np.isfinite(found.jac).all()):
             raise Failed("what is observed, or its derivative, is not finite")
         return found
+
+    def total(self, r):
+        """The sum of the squares, or of the losses, of residuals."""
+        return float(r @ r) if self.loss is None else self.loss.total(r)
 
     def note_failure(self, reason):
         """Count a trial that has no residuals."""
         self.n_failed, self.failure = self.n_failed + 1, str(reason)
 
-    def _of_record(self, record, motion, x):
+    def _of_record(self, k, x):
+        record, motion = self.records[k], self.motions[k]
         y, slopes = motion.slopes(x, record.times)
         try:
-            model, by_x = record.observation.slopes(record.times, y, slopes, motion.places, x)
+            model, by_x = self.observations[k].slopes(record.times, y, slopes, motion.places, x)
         except ArithmeticError as error:
             raise Failed(f"{type(error).__name__}: {error}") from error
         r, slope, information = record.residuals(model)
@@ -179,35 +227,29 @@ class Model:
 
     def chi2(self, x):
         """The sum of squares at x, without derivatives; inf if a motion fails."""
-        of_records = [
-            self.trial(record, motion, x)
-            for record, motion in zip(self.records, self.motions, strict=True)
-        ]
+        of_records = [self.trial(k, x) for k in range(len(self.records))]
         return sum(of_records) + self.of_priors(x)
 
-    def trial(self, record, motion, x, y=None):
-        """The sum of squares of one record at x, with its states y, if they are known, or inf."""
+    def trial(self, k, x, y=None):
+        """The sum of squares of record k at x, with its states y, if they are known, or inf."""
+        record, motion, at = self.records[k], self.motions[k], self.parameters.values(x)
         try:
-            states = motion.states(x, record.times) if y is None else y
-            found = self._chi2_of(record, states, motion.places.at(x)[1])
+            states = motion.states(at, record.times) if y is None else y
+            model = self.observations[k].values(record.times, states, motion.places.at(at)[1])
+            found = self.total(record.residuals(model)[0])
         except (Failed, ArithmeticError):
             return np.inf
         return found if np.isfinite(found) else np.inf
 
-    def _chi2_of(self, record, y, args):
-        """The sum of squares of one record with states y."""
-        r = record.residuals(record.observation.values(record.times, y, args))[0]
-        return float(r @ r)
-
     def of_priors(self, x):
         """The sum of squares of the priors."""
-        p = self.parameters
-        return float((((x - p.mean) / p.deviation)[self.priors] ** 2).sum())
+        p, at = self.parameters, self.parameters.values(x)
+        return float((((at - p.mean) / p.deviation)[self.priors] ** 2).sum())
 
 
 def name_of(group):
     """A group of noise in words."""
-    kind, what = group
+    kind, what, *_ = group
     if kind == "y":
         return f"y[{what}]"
     if kind == "row":
@@ -216,18 +258,61 @@ def name_of(group):
     return f"{'observed' if name.startswith('<') else name}[{what}]"
 
 
-def model_of(fun, records, options, differences):
-    """The Model of checked arguments of `fit`."""
-    if not callable(fun):
-        raise TypeError(f"`fun` must be a function of (t, y, *args); got {fun!r}.")
+def name_of_record(record, k):
+    """Record k in words."""
+    return record.name or f"record {k}"
+
+
+def _of_leaves(options, held):
+    """Options whose events take the leaves of the arguments."""
+    if not any(held.trees):
+        return options
+    for name, value in options.items():
+        if name != "events" and any(map(callable, value if isinstance(value, list) else [value])):
+            raise TypeError(
+                f"`{name}` is a function, and the arguments of a Record are a dict, a NamedTuple "
+                "or a dataclass with Free: give numbers, lists and arrays."
+            )
+    events = options.get("events")
+    if events is None:
+        return options
+    listed = [events] if callable(events) else events
+    return {**options, "events": [held.function(event) for event in listed]}
+
+
+def records_of(records):
+    """A list of Records."""
     given = [records] if isinstance(records, Record) else records
     try:
         given = list(given)
     except TypeError:
         given = [None]
     if not given or not all(isinstance(record, Record) for record in given):
-        refuse("records", "a Record, or a sequence of Records", records)
-    model = Model(fun, given, options, differences)
+        refuse("records", RECORDS, records)
+    return given
+
+
+def model_of(fun, records, options, differences, loss=None):
+    """The Model of checked arguments of `fit`."""
+    if isinstance(fun, type) and hasattr(fun, "rhs"):
+        raise TypeError(f"give a system, {fun.__name__}(), not its class.")
+    system = fun if hasattr(fun, "rhs") else None
+    if system is None and not callable(fun):
+        raise TypeError(f"`fun` must be a function of (t, y, *args), or a system; got {fun!r}.")
+    given: Any = records_of(records)
+    if system is not None:
+        given, fun = [record.of(system) for record in given], system.rhs
+        if system.breakpoints is not None:
+            options = {"breakpoints": system.breakpoints, **options}
+    for record in given:
+        if record.y0 is None or isinstance(record.args, dict):
+            raise TypeError(
+                "A Record without `y0`, or with a dict as `args`, is for a system: "
+                "`fit(system, record)`. For a function, give `y0`, and `args=({...},)`."
+            )
+    model = Model(fun, given, options, differences, loss, system)
+    if loss is not None and (len(model.priors) or any(_counts(record) for record in given)):
+        raise ValueError("`loss` is for normal noise without priors.")
     n, needed = model.n_values + len(model.priors), len(model.parameters.names)
     if model.groups and n <= needed:
         raise ValueError(
@@ -235,3 +320,7 @@ def model_of(fun, records, options, differences):
             "or more values."
         )
     return model
+
+
+def _counts(record):
+    return any(isinstance(noise, Poisson) for noise in record.noise)

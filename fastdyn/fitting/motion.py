@@ -29,7 +29,9 @@ class Failed(Exception):
     """A motion that ends early, or whose numbers are not finite; the message says why."""
 
 
-OF_FIT = ("records", "starts", "max_nfev", "level", "differences", "progress")
+OF_FIT = (
+    "records", "starts", "max_nfev", "level", "differences", "progress", "loss", "f_scale",
+)  # fmt: skip
 
 
 def options_of(options):
@@ -56,9 +58,9 @@ class Motion:
     Parameters
     ----------
     fun : callable
+        Of (t, y, *leaves of the arguments).
     places : free.Places
     parameters : free.Parameters
-    t0 : float
     options : dict
         Of `solve_ivp`.
     differences : bool
@@ -70,11 +72,13 @@ class Motion:
         Relative error of the derivatives.
     """
 
-    def __init__(self, fun, places, parameters, t0, options, differences):
-        self.fun, self.places, self.parameters, self.t0 = fun, places, parameters, t0
+    def __init__(self, fun, places, parameters, options, differences):
+        self.fun, self.places, self.parameters = fun, places, parameters
         self.options, self.differences = options, differences
         self._asked = places.asked()
-        self._names = tuple(self._asked)
+        self._begins = "t0" in self._asked
+        names = dict.fromkeys([*self._asked, *["y0"] * self._begins])
+        self._names = tuple([name for name in names if name != "t0"])
         rtol = options.get("rtol", TOLERANCES["rtol"])
         accuracy = max(float(np.max(rtol)), np.finfo(float).eps)
         self._step = accuracy ** (1 / 3)  # balances the error of solves and of the formula
@@ -84,7 +88,7 @@ class Motion:
         """Call the function in Python, so that mistakes of the user are raised as they are."""
         y0, args = self.places.at(x)
         with np.errstate(all="ignore"), contextlib.suppress(ArithmeticError, ValueError):
-            value_of(self.fun, args, "fun", self.t0, y0)
+            value_of(self.fun, args, "fun", self.places.begin(x), y0)
 
     def states(self, x, times):
         """y at increasing times not before t0, of shape (n, n_times); Failed if there is none."""
@@ -99,18 +103,28 @@ class Motion:
             return y, np.zeros((len(y), len(x), len(times)))
         result = self._solved(x, times, sensitivity=self._names)
         slopes = np.zeros((len(result.y), len(x), len(times)))
-        by_value = result.sensitivity.values()
-        for template, found in zip(self._asked.values(), by_value, strict=True):
+        by_value = dict(zip(self._names, result.sensitivity.values(), strict=True))
+        for name, template in self._asked.items():
+            found = self._by_start(x, by_value["y0"]) if name == "t0" else by_value[name]
             template.add(found, slopes)
         if not np.isfinite(slopes).all():
             raise Failed("its derivatives by the parameters are not finite")
         return result.y, slopes
 
+    def _by_start(self, x, by_y0):
+        """The derivatives by the starting time: those by y0 times -y'(t0)."""
+        y0, args = self.places.at(x)
+        slope = np.asarray(value_of(self.fun, args, "fun", self.places.begin(x), y0), float)
+        return -np.einsum("ijt,j->it", by_y0, slope)[:, None]
+
     def _solved(self, x, times, **more):
         y0, args = self.places.at(x)
+        t0 = self.places.begin(x)
+        if t0 >= times[-1]:
+            raise Failed(f"t0 = {t0:g} is not before the last time, {times[-1]:g}")
         try:
             result = solve_ivp(
-                self.fun, (self.t0, times[-1]), y0, t_eval=times, args=args, **self.options, **more
+                self.fun, (t0, times[-1]), y0, t_eval=times, args=args, **self.options, **more
             )
         except (ArithmeticError, ValueError) as error:  # outside of the domain of the function
             raise Failed(f"{type(error).__name__}: {error}") from error
@@ -143,5 +157,5 @@ class Motion:
             return None
         rtol, atol = (np.asarray(self.options[name], float) / factor for name in ("rtol", "atol"))
         options = {**self.options, "rtol": np.maximum(rtol, least)[()], "atol": atol[()]}
-        given = self.fun, self.places, self.parameters, self.t0, options, self.differences
+        given = self.fun, self.places, self.parameters, options, self.differences
         return Motion(*given)

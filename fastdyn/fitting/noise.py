@@ -5,10 +5,12 @@ likelihood's distance from that of a perfect model; a fit minimises the sum of a
 """
 
 import numpy as np
+from scipy.special import gammaln, xlogy
 
 from .motion import Failed
 
-POISSON = "poisson"
+POISSON, OWN = "poisson", "own"
+LOG_2PI = float(np.log(2.0 * np.pi))
 LEAST_MEAN = 1e-12  # of a count: below, the logarithm is taken here
 NEGATIVE = 1e-6  # of the largest mean: solves are in error by less, a mean below is a wrong model
 NEAR = 1e-6  # relative distance of model and count, below which the root's slope is its limit
@@ -19,6 +21,10 @@ class Normal:
 
     def __init__(self, deviation):
         self._scale = 1.0 / deviation
+
+    def log_likelihood(self, r, data):
+        """The logarithm of the density of the values with residuals r."""
+        return float((np.log(self._scale) - 0.5 * (r**2 + LOG_2PI)).sum())
 
     def residuals(self, model, data):
         """(residuals, their slopes by the model, roots of Fisher's information) of the values."""
@@ -43,6 +49,10 @@ class Unknown:
 class Poisson:
     """Counts, each with the model as its mean: residuals are signed roots of the deviance."""
 
+    def log_likelihood(self, r, data):
+        """As of `Normal`: that of a perfect model less half of the deviance."""
+        return float((xlogy(data, data) - data - gammaln(data + 1.0) - 0.5 * r**2).sum())
+
     def residuals(self, model, data):
         """As of `Normal`; Failed where the mean of a count is negative."""
         if (model < -NEGATIVE * np.abs(model).max(initial=0.0)).any():
@@ -60,15 +70,17 @@ class Poisson:
         return found, slope, information
 
 
-def noise_of(noise, values, groups):
+def noise_of(noise, values, groups, record):
     """The noise of each series, from the argument `noise` of a Record.
 
     Parameters
     ----------
-    noise : None, number, "poisson", array_like, or a list of these, one for each series
+    noise : None, "own", number, "poisson", array_like, or a list of these, one for each series
     values : ndarray, shape (n_series, n_times)
     groups : list
         What names the group of each series whose noise is unknown.
+    record : Record
+        Names the groups of this record alone.
     """
     n_series = len(values)
     each = [noise] * n_series
@@ -81,17 +93,20 @@ def noise_of(noise, values, groups):
     elif isinstance(noise, list | tuple) and len(noise) == 1:
         each = list(noise)
     given = zip(each, values, groups, strict=True)
-    return [_of_series(one, row, group, i) for i, (one, row, group) in enumerate(given)]
+    return [_of_series(one, row, group, i, record) for i, (one, row, group) in enumerate(given)]
 
 
-def _of_series(noise, values, group, i):
+def _of_series(noise, values, group, i, record):
     if noise is None:
         return Unknown(group)
+    if isinstance(noise, str) and noise == OWN:
+        return Unknown((*group, record))
     there = ~np.isnan(values)
     if isinstance(noise, str):
         if noise != POISSON:
             raise ValueError(
-                f"`noise={noise!r}` is unknown; give standard deviations, 'poisson', or None."
+                f"`noise={noise!r}` is unknown; give standard deviations, 'poisson', 'own', or "
+                "None."
             )
         wrong = values[there & ~((values >= 0) & (values == np.floor(values)))]
         if wrong.size:

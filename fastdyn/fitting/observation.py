@@ -51,6 +51,10 @@ class Linear:
             return [("y", int(i)) for i in self.index]
         return [("row", tuple(row)) for row in self.matrix]
 
+    def of(self, held):
+        """What is observed, as a function of the leaves of the arguments: itself."""
+        return self
+
     def values(self, t, y, args):
         """The observed quantities, of shape (n_series, n_times)."""
         return self.matrix @ y if self.index is None else y[self.index]
@@ -76,6 +80,11 @@ class Function:
             return [*found, *[0.0] * (len(z) - len(found))]
 
         self._padded = padded
+
+    def of(self, held):
+        """What is observed, as a function of the leaves of the arguments."""
+        fun = held.function(self.fun)
+        return self if fun is self.fun else Function(fun, self.n_series, self.n)
 
     def groups(self, n_series):
         """The quantity that each series measures."""

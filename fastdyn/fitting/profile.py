@@ -34,7 +34,7 @@ def departure(model, x, steps, q):
     p, worst, least = model.parameters, 1.0, model.chi2(x)
     for step in (*(q * steps), *(-q * steps)):
         with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.where(step > 0, p.high - x, p.low - x) / step
+            room = np.where(step > 0, p.highest - x, p.lowest - x) / step
         part = min(1.0, np.nanmin(room, initial=1.0))
         if part < SHORTEST:
             continue
@@ -55,7 +55,7 @@ def interval(model, x, i, error, chi2, rise):
     """
     p = model.parameters
     low, high = (_end(model, x, i, sign, error, chi2, rise) for sign in (-1.0, 1.0))
-    return max(low, float(p.low[i])), min(high, float(p.high[i]))
+    return max(low, float(p.lowest[i])), min(high, float(p.highest[i]))
 
 
 def _end(model, x, i, sign, error, chi2, rise):
@@ -71,7 +71,7 @@ def _end(model, x, i, sign, error, chi2, rise):
             near[:] = at
         return min(found - chi2, FARTHEST * rise) - rise
 
-    bound = p.high[i] if sign > 0 else p.low[i]
+    bound = p.highest[i] if sign > 0 else p.lowest[i]
     inside, reach = x[i], np.sqrt(rise) * (error if np.isfinite(error) else abs(x[i]) or 1.0)
     for _ in range(WIDEST):
         trial = x[i] + sign * reach
@@ -101,7 +101,9 @@ def _least(model, x, i, value, near, rest):
         return found.r, found.jac[:, rest]
 
     try:
-        found = descend(evaluate, near, p.low[rest], p.high[rest], ftol=FINE)
+        found = descend(
+            evaluate, near, p.lowest[rest], p.highest[rest], None, p.longest[rest], ftol=FINE
+        )
     except Failed:
         return np.inf, near
     return 2.0 * found.cost, found.x

@@ -10,19 +10,15 @@ from scipy.special import gammaincc, ndtri, stdtrit  # SciPy's `stats` takes a s
 
 from . import profile
 from .descent import scaled
-from .model import name_of
+from .model import name_of_record
 from .motion import Failed, Motion
+from .table import percent, table
 
 UNSEEN = 1e-4  # a direction that the data do not determine involves parameters with this share
 CURVED = 1.5  # ratio of the true rise of the sum of squares to the linearised, or its inverse
 TIGHTER = 100.0  # by which tolerances are divided to find the error of the solves
 LEAST_RTOL = 3e-14
 CHANGED = 1e-3  # relative change of the sum of squares that no rounding makes
-BETTER = 0.1  # a fall of the sum of squares that is another optimum, not rounding
-UNLIKELY = 1e-4  # p-value below which the values do not look like the model with its noise
-SHOWN = 6  # digits of a value
-AT_BOUND = 1e-3  # distance from a bound, in standard errors and in sizes of start and bounds
-ROUGH = 0.1  # standard deviations: an error of the solver above is reported
 
 
 class Prediction(NamedTuple):
@@ -66,10 +62,11 @@ class Fit:
         self._model, self.level = model, level
         self.success, self.message = found.success, found.message
         r = self._residuals = found.residuals
-        self.names, self.x, self.chi2 = list(model.parameters.names), r.x, r.chi2
+        self.names, self.chi2 = list(model.parameters.names), r.chi2
+        self._at, self.x = r.x, model.parameters.values(r.x)
         self.dof = len(r.r) - len(self.x)
         self.n_trials = model.n_trials
-        self.noise = {name_of(group): float(v) for group, v in model.deviations().items()}
+        self.noise = model.deviations()
         self._linearise(r.information)
 
     def _linearise(self, information):
@@ -80,14 +77,21 @@ class Fit:
         first = self._model.motions[0]
         seen = s > max(first.accuracy, np.finfo(float).eps * max(own.shape)) * s[0]
         self._steps = v[seen] / s[seen, None] / lengths
-        self.covariance = self._steps.T @ self._steps
-        self.errors = np.sqrt(np.diag(self.covariance))
+        if self._model.loss is not None:
+            self._steps *= np.sqrt(self._model.loss.variance(self._residuals.r, len(self.x)))
+        scale = self._model.parameters.slopes(self.x)
+        self._covariance = self._steps.T @ self._steps  # of the coordinates
+        self.covariance = self._covariance * np.outer(scale, scale)
+        self._errors = np.sqrt(np.diag(self._covariance))
         blind = v[~seen]
-        self.errors[(np.abs(blind) > UNSEEN).any(axis=0)] = np.inf
+        self._errors[(np.abs(blind) > UNSEEN).any(axis=0)] = np.inf
+        self.errors = self._errors * scale
         directions = blind / lengths
         self._blind = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+        logs = zip(self.names, self._model.parameters.log, strict=True)
+        names = [f"ln {name}" if log else name for name, log in logs]
         self.unseen = [
-            {n: float(c) for n, c, share in zip(self.names, row, shares, strict=True)
+            {n: float(c) for n, c, share in zip(names, row, shares, strict=True)
              if abs(share) > UNSEEN}
             for row, shares in zip(self._blind, blind, strict=True)
         ]  # fmt: skip
@@ -96,7 +100,34 @@ class Fit:
     def quantile(self):
         """Of the normal distribution, or of Student's where the noise is estimated."""
         p = 0.5 + self.level / 2
-        return float(stdtrit(self.dof, p) if self._model.groups else ndtri(p))
+        estimated = self._model.groups or self._model.loss is not None
+        return float(stdtrit(self.dof, p) if estimated else ndtri(p))
+
+    @property
+    def log_likelihood(self):
+        """The logarithm of the likelihood of the data, largest over unknown noise.
+
+        Without priors; None with `loss`, which is no likelihood.
+        """
+        model = self._model
+        return None if model.loss is not None else model.log_likelihood(self._residuals.r)
+
+    @property
+    def n_estimated(self):
+        """The number of parameters and of unknown deviations."""
+        return len(self.x) + len(self._model.groups)
+
+    @property
+    def aic(self):
+        """Akaike's criterion, 2 n_estimated - 2 log_likelihood: of two models, the less."""
+        return None if self.log_likelihood is None else 2 * (self.n_estimated - self.log_likelihood)
+
+    @property
+    def bic(self):
+        """The Bayesian criterion of Schwarz, n_estimated ln(n_values) - 2 log_likelihood."""
+        if self.log_likelihood is None:
+            return None
+        return float(self.n_estimated * np.log(self._model.n_values) - 2 * self.log_likelihood)
 
     @property
     def values(self):
@@ -112,7 +143,7 @@ class Fit:
     @property
     def p_value(self):
         """How often noise alone gives a larger sum of squares; None where noise is estimated."""
-        if self._model.groups or self.dof < 1:
+        if self._model.groups or self._model.loss is not None or self.dof < 1:
             return None
         return float(gammaincc(self.dof / 2, self.chi2 / 2))
 
@@ -122,14 +153,14 @@ class Fit:
 
         The largest ratio of its rise to that of the parabola, or the inverse, at the ends of the
         linearised intervals: some solves, when it is first asked for. None if the search did not
-        end at an optimum.
+        end at an optimum, and with `loss`.
         """
-        if not self.success:
+        if not self.success or self._model.loss is not None:
             return None
         self._unchanged()
-        known = np.isfinite(self.errors) & (self.errors > 0)
-        steps = self.covariance[known] / self.errors[known, None]
-        return profile.departure(self._model, self.x, steps, self.quantile)
+        known = np.isfinite(self._errors) & (self._errors > 0)
+        steps = self._covariance[known] / self._errors[known, None]
+        return profile.departure(self._model, self._at, steps, self.quantile)
 
     @property
     def curved(self):
@@ -152,14 +183,15 @@ class Fit:
                 y = exact.states(self.x, record.times)
             except Failed:
                 return np.inf
-            values = record.observation.values(record.times, y, self.args(k))
+            args = exact.places.at(self.x)[1]
+            values = self._model.observations[k].values(record.times, y, args)
             change = np.abs(record.residuals(values)[0] - residuals[k][record.there])
             found = max(found, float(change.max(initial=0.0)))
         return found
 
     def _unchanged(self):
         """Refuse to go on if the function has other values than in the fit."""
-        now = self._model.residuals_anew(self.x).chi2
+        now = self._model.residuals_anew(self._at).chi2
         if not abs(now - self.chi2) <= CHANGED * max(1.0, self.chi2):
             raise ValueError(
                 f"The sum of squares was {self.chi2:.6g} in the fit and is {now:.6g} now: what the "
@@ -176,9 +208,9 @@ class Fit:
         """
         if self.curved:
             return np.array([self.profile(name) for name in self.names])
-        p, half = self._model.parameters, self.quantile * self.errors
-        ends = np.stack([self.x - half, self.x + half], axis=1)
-        return np.clip(ends, p.low[:, None], p.high[:, None])
+        p, half = self._model.parameters, self.quantile * self._errors
+        ends = [p.values(self._at + sign * half) for sign in (-1.0, 1.0)]
+        return np.clip(np.stack(ends, axis=1), p.low[:, None], p.high[:, None])
 
     def profile(self, name):
         """The interval of a parameter by profile likelihood.
@@ -198,12 +230,16 @@ class Fit:
         Raises
         ------
         ValueError
-            For an unknown name.
+            For an unknown name, and for a fit with `loss`.
         """
-        i = self._index(name)
+        i, p = self._index(name), self._model.parameters
+        if self._model.loss is not None:
+            raise ValueError("A fit with `loss` has no likelihood, and no profile.")
         self._unchanged()
-        rise = self.quantile**2
-        return profile.interval(self._model, self.x, i, self.errors[i], self.chi2, rise)
+        given = i, self._errors[i], self.chi2, self.quantile**2
+        ends = profile.interval(self._model, self._at, *given)
+        low, high = (float(p.values(np.where(np.arange(len(p.log)) == i, e, 0.0))[i]) for e in ends)
+        return low, high
 
     def _index(self, name):
         if name not in self.names:
@@ -216,7 +252,12 @@ class Fit:
 
     def args(self, record=0):
         """The arguments of a record with the fitted values."""
-        return self._motion(record).places.at(self.x)[1]
+        places = self._motion(record).places
+        return places.apart.whole(places.at(self.x)[1])
+
+    def t0(self, record=0):
+        """The time of the initial state of a record, with the fitted values."""
+        return float(self._motion(record).places.begin(self.x))
 
     def _motion(self, record) -> Motion:
         n = len(self._model.motions)
@@ -249,19 +290,20 @@ class Fit:
         ValueError
             For times that do not increase, and if the solve fails.
         """
-        motion = self._motion(record)
+        motion, t0 = self._motion(record), self.t0(record)
         t = np.atleast_1d(np.asarray(times, float))
         if t.ndim != 1 or not t.size or not np.isfinite(t).all() or (np.diff(t) <= 0).any():
             raise ValueError("`times` must be finite and increase.")
-        if t[0] < motion.t0 or t[-1] == motion.t0:
-            raise ValueError(f"`times` must not be before t0 = {motion.t0:g}, and end after.")
+        if t[0] < t0 or t[-1] == t0:
+            raise ValueError(f"`times` must not be before t0 = {t0:g}, and end after.")
         try:
             y, slopes = motion.slopes(self.x, t)
         except Failed as reason:
             raise ValueError(f"The motion cannot be predicted: {reason}") from reason
         if observed:
-            own = self._model.records[record].observation
+            own = self._model.observations[record]
             y, slopes = own.slopes(t, y, slopes, motion.places, self.x)
+        slopes = slopes * self._model.parameters.slopes(self.x)[:, None]
         along = np.einsum("kp,ipt->kit", self._steps, slopes)
         band = self.quantile * np.sqrt((along**2).sum(axis=0))
         size = np.abs(slopes).max(axis=1) * motion.accuracy
@@ -280,12 +322,14 @@ class Fit:
             found.append(own)
         return found
 
-    def plot(self, record=0, **options):
-        """Draw values and fitted motion with its band, and the residuals below.
+    def plot(self, record=None, **options):
+        """Draw values and fitted motions with their bands, and the residuals below.
 
         Parameters
         ----------
-        record : int
+        record : int, optional
+            One record; by default all, each in a colour of its own, those with as many series as
+            the first.
         **options
             Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
 
@@ -293,82 +337,21 @@ class Fit:
         -------
         matplotlib.figure.Figure
         """
-        from fastdyn.plot.fit import fitted
+        from fastdyn.plot.fit import Drawn, fitted
 
-        motion, own = self._motion(record), self._model.records[record]
-        t = np.linspace(motion.t0, own.times[-1], 400)
-        given = own.t, own.values, self.residuals[record]
-        return fitted(t, self.predict(t, record, observed=True), *given, self.level, **options)
+        records, residuals = self._model.records, self.residuals
+        if record is not None:
+            self._motion(record)
+        drawn = []
+        for k in range(len(records)) if record is None else [record]:
+            own = records[k]
+            if len(own.values) == len(records[0].values) or record is not None:
+                t = np.linspace(self.t0(k), own.times[-1], 400)
+                motion = self.predict(t, k, observed=True)
+                name = name_of_record(own, k)
+                drawn.append(Drawn(name, t, *motion, own.t, own.values, residuals[k]))
+        level = f"{percent(self.level)} band of the motion{', linearised' if self.curved else ''}"
+        return fitted(drawn, level, **options)
 
     def __repr__(self):
         return table(self)
-
-
-def table(fit):
-    """A Fit as a table of its parameters, with what the reader must know."""
-    n_values, n_records = fit._model.n_values, len(fit._model.records)
-    p = "" if fit.p_value is None else f", p = {fit.p_value:.2g}"
-    head = (
-        f"{len(fit.names)} parameters from {n_values} values of {n_records} "
-        f"record{'s' * (n_records > 1)}, chi2 = {fit.chi2:.4g} for {fit.dof} degrees of freedom{p}"
-    )
-    width = max(9, *map(len, fit.names))
-    kind = "profile" if fit.curved else "interval"
-    rows = [f"{'':{width}}  {'value':>12}  {'error':>9}  {fit.level:.0%} {kind}"]
-    for name, value, error, (low, high) in zip(
-        fit.names, fit.x, fit.errors, fit.intervals, strict=True
-    ):
-        shown, *ends = (digits(each, error) for each in (value, low, high))
-        rows.append(f"{name:{width}}  {shown:>12}  {error:9.2g}  {' to '.join(ends)}")
-    return "\n".join([head, *rows, *_remarks(fit)])
-
-
-def digits(value, error):
-    """A value with the digits that its error leaves, at least SHOWN; all of an exact value."""
-    if not (np.isfinite(value) and np.isfinite(error) and error > 0 and value):
-        return f"{value:.{SHOWN}g}"
-    known = int(np.floor(np.log10(abs(value)))) - int(np.floor(np.log10(error))) + 2
-    return f"{value:.{min(max(known, SHOWN), 17)}g}"
-
-
-def _remarks(fit):
-    found = [f"estimated noise of {name}: {value:.3g}" for name, value in fit.noise.items()]
-    found += [
-        "not determined by the data: " + ", ".join(f"{n} {c:+.3g}" for n, c in row.items())
-        for row in fit.unseen
-    ]
-    if fit.curved:
-        found.append(
-            f"The sum of squares is far from a parabola (a factor of {fit.departure:.2g}): the "
-            "errors do not hold, the intervals are by profile likelihood."
-        )
-    at = [name for name, low, high in zip(fit.names, *_at_bounds(fit), strict=True) if low or high]
-    if at:
-        found.append(f"At a bound: {', '.join(at)}.")
-    if fit.solver_error is not None and fit.solver_error > ROUGH:
-        found.append(
-            f"Solves are in error by {fit.solver_error:.2g} standard deviations of a value: give "
-            "smaller `rtol` and `atol`."
-        )
-    if fit.success and fit.p_value is not None and fit.p_value < UNLIKELY:
-        found.append(
-            "Noise alone hardly ever makes so large a sum of squares: a better optimum (`starts`), "
-            "more noise, or other equations would be likelier."
-        )
-    best = fit._model.best
-    if best.chi2 < fit.chi2 - BETTER:
-        at = ", ".join(f"{n} = {v:.6g}" for n, v in zip(fit.names, best.x, strict=True))
-        found.append(
-            f"A profile met a smaller sum of squares, {best.chi2:.4g} at {at}: start there."
-        )
-    if not fit.success:
-        found.append(f"{fit.message} Errors and intervals are for an optimum.")
-    return found
-
-
-def _at_bounds(fit):
-    """Whether each value is at its lower, its upper bound."""
-    p = fit._model.parameters
-    bounds = [np.where(np.isfinite(each), np.abs(each), 0.0) for each in (p.low, p.high)]
-    near = AT_BOUND * np.minimum(fit.errors, np.maximum(np.abs(p.start), np.maximum(*bounds)))
-    return fit.x - p.low <= near, p.high - fit.x <= near

@@ -24,13 +24,13 @@ class Found(NamedTuple):
     message: str
 
 
-def search(model, trials, options, max_nfev, progress):
+def search(model, trials, max_nfev, progress):
     """Refine the best of the trials; Ctrl-C ends the search with the best values so far."""
     bar = _bar() if progress else None
     if bar is not None:
         model.watch = lambda: _show(bar, model)
     try:
-        success, message = _searched(model, trials, options, max_nfev)
+        success, message = _searched(model, trials, max_nfev)
     except KeyboardInterrupt:
         model.watch, known = None, model.best or model.before
         if known is None:
@@ -45,11 +45,11 @@ def search(model, trials, options, max_nfev, progress):
     return Found(model.residuals(model.before.x), success, message)
 
 
-def _searched(model, trials, options, max_nfev):
+def _searched(model, trials, max_nfev):
     for motion in model.motions:
-        motion.probe(trials[0])
+        motion.probe(model.parameters.values(trials[0]))
     ends = []
-    for k, x in enumerate(best_first(model, trials, options)):
+    for k, x in enumerate(best_first(model, trials)):
         try:
             end = _refined(model, x, max_nfev)
         except Failed as reason:
@@ -66,7 +66,7 @@ def _searched(model, trials, options, max_nfev):
         if not model.groups:
             return end.status > 0, _said(model, end)
         change = model.take_noise(model.before)
-        if change < STEADY or model.one_noise:
+        if change < STEADY or (model.one_noise and model.loss is None):
             return end.status > 0, _said(model, end)
         end = _refined(model, end.x, max_nfev)
     return False, f"The estimates of the noise did not settle in {ROUNDS} rounds."
@@ -78,7 +78,7 @@ def _said(model, end):
 
 
 def _of_start(model, x, reason):
-    values = ", ".join(f"{n} = {v:g}" for n, v in zip(model.parameters.names, x, strict=True))
+    values = ", ".join(f"{n} = {v:g}" for n, v in _named(model, x))
     said = f"The fit cannot start at {values}: {reason}"
     if not model.differences and np.isfinite(model.chi2(x)):
         said += (
@@ -96,7 +96,18 @@ def _refined(model, start, max_nfev):
         found = model.residuals(x)
         return found.r, found.jac
 
-    return descend(evaluate, start, p.low, p.high, model.note_failure, max_nfev=max_nfev)
+    given = {"max_nfev": max_nfev, "longest": p.longest, **of_loss(model)}
+    return descend(evaluate, start, p.lowest, p.highest, model.note_failure, **given)
+
+
+def of_loss(model):
+    """Options of `least_squares` for the loss of a model."""
+    return {} if model.loss is None else {"loss": model.loss, "f_scale": model.loss.scale}
+
+
+def _named(model, x):
+    """Pairs of the names and the values of the parameters at coordinates x."""
+    return zip(model.parameters.names, model.parameters.values(x), strict=True)
 
 
 def _bar() -> Any:

@@ -16,12 +16,12 @@ IN_ENSEMBLES = frozenset(("method", "rtol", "atol", "max_step", "max_steps", "st
 
 
 def starts_of(starts, parameters):
-    """Trial values of the parameters, shape (m, n_parameters); the first are the user's own."""
+    """Trial coordinates, shape (m, n_parameters); the first are those of the user's own values."""
     p = parameters
     if isinstance(starts, int | np.integer) and not isinstance(starts, bool):
         if starts < 1:
             raise ValueError(f"`starts` must be at least 1; got {starts}.")
-        return np.vstack([p.start, spread(int(starts) - 1, p)])
+        return p.coordinates(np.vstack([p.start, spread(int(starts) - 1, p)]))
     try:
         found = np.atleast_2d(np.asarray(starts, float))
     except (TypeError, ValueError):
@@ -33,7 +33,7 @@ def starts_of(starts, parameters):
         )
     if not ((p.low <= found) & (found <= p.high)).all():
         raise ValueError("`starts` has values outside of the bounds of their Free.")
-    return np.vstack([p.start, found])
+    return p.coordinates(np.vstack([p.start, found]))
 
 
 def spread(m, parameters):
@@ -46,7 +46,7 @@ def spread(m, parameters):
     for i in range(n):
         low, high, start = p.low[i], p.high[i], p.start[i]
         if np.isfinite(low) and np.isfinite(high):
-            logarithmic = low > 0 and high > WIDE * low
+            logarithmic = low > 0 and (p.log[i] or high > WIDE * low)
             found[:, i] = (
                 low * (high / low) ** u[:, i] if logarithmic else low + (high - low) * u[:, i]
             )
@@ -57,25 +57,26 @@ def spread(m, parameters):
     return np.clip(found, p.low, p.high)
 
 
-def best_first(model, trials, options):
+def best_first(model, trials):
     """The user's own start, then the best of the other trials by their sums of squares."""
     if len(trials) <= 2:
         return trials
-    chi2 = screened(model, trials[1:], options)
+    chi2 = screened(model, trials[1:])
     order = np.argsort(chi2, kind="stable")
     return np.vstack([trials[0], trials[1:][order[np.isfinite(chi2[order])][:REFINED]]])
 
 
-def screened(model, trials, options):
+def screened(model, trials):
     """The sum of squares of each trial; inf where a motion fails."""
     total = np.array([model.of_priors(x) for x in trials])
-    for record, motion in zip(model.records, model.motions, strict=True):
-        total += _of_record(model, record, motion, trials, options)
+    for k in range(len(model.records)):
+        total += _of_record(model, k, trials, model.motions[k].options)
     return np.where(np.isfinite(total), total, np.inf)
 
 
-def _of_record(model, record, motion, trials, options):
-    given = [motion.places.at(x) for x in trials]
+def _of_record(model, k, trials, options):
+    record, motion = model.records[k], model.motions[k]
+    given = [motion.places.at(model.parameters.values(x)) for x in trials]
     states = [None] * len(trials)
     if _in_lanes(motion.places) and options.keys() <= IN_ENSEMBLES:
         columns = zip(*[args for _, args in given], strict=True)
@@ -90,13 +91,14 @@ def _of_record(model, record, motion, trials, options):
             ).y  # fmt: skip
     found = np.empty(len(trials))
     for i, (x, y) in enumerate(zip(trials, states, strict=True)):
-        found[i] = model.trial(record, motion, x, y)
+        found[i] = model.trial(k, x, y)
     return found
 
 
 def _in_lanes(places):
     """Whether an ensemble takes the arguments that vary: numbers."""
-    return not any(isinstance(a, Template) and a.index.ndim for a in places.args)
+    varies = any(isinstance(a, Template) and a.index.ndim for a in places.args)
+    return not (varies or isinstance(places.t0, Template))
 
 
 def _common(value):

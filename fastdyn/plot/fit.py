@@ -1,38 +1,62 @@
-"""Measured values, the fitted motion with its band, and the residuals."""
+"""Measured values, the fitted motions with their bands, and the residuals."""
+
+from typing import NamedTuple
 
 import numpy as np
 
 from fastdyn.plot import style
 
 
-def fitted(t, prediction, times, values, residuals, level, **options):
-    """A column for each series: values and motion above, residuals below.
+class Drawn(NamedTuple):
+    """One record in a picture.
+
+    Attributes
+    ----------
+    name : str
+    t : ndarray, shape (k,)
+    motion, band : ndarray, shape (n_series, k)
+        The fitted motion, and half the width of its band.
+    times, values, residuals : ndarray, shapes (n_times,), (n_series, n_times), (n_series, n_times)
+    """
+
+    name: str
+    t: np.ndarray
+    motion: np.ndarray
+    band: np.ndarray
+    times: np.ndarray
+    values: np.ndarray
+    residuals: np.ndarray
+
+
+def fitted(records, of_band, **options):
+    """A column for each series: values and motions above, residuals below.
 
     Parameters
     ----------
-    t : ndarray, shape (k,)
-    prediction : tuple of two ndarrays, shape (n_series, k)
-        The fitted motion, and half the width of its band.
-    times, values, residuals : ndarray, shapes (n_times,), (n_series, n_times), (n_series, n_times)
-    level : float
-        Confidence of the band.
+    records : list of Drawn
+    of_band : str
+        The words for the band in the legend.
     """
-    n_series = len(values)
+    n_series, many = len(records[0].values), len(records) > 1
     with style.slides():
         figure = style.new_figure(**{"figsize": (2.0 + 5.0 * n_series, 6.0)} | options)
         panels = figure.subplots(
             2, n_series, sharex=True, squeeze=False, gridspec_kw={"height_ratios": [2, 1]}
         )
         for i, (above, below) in enumerate(panels.T):
-            motion, band = prediction[0][i], prediction[1][i]
-            above.plot(times, values[i], ".", color="0.4", label="measured")
-            above.plot(t, motion, color=style.COLOURS[0], label="fitted")
-            above.fill_between(
-                t, motion - band, motion + band, where=np.isfinite(band), alpha=0.3,
-                color=style.COLOURS[0], linewidth=0, label=f"{level:.0%} band",
-            )  # fmt: skip
             below.axhline(0.0, color="0.5", linewidth=1.0)
-            below.plot(times, residuals[i], ".", color="0.4")
+            for k, one in enumerate(records):
+                colour = style.COLOURS[k % len(style.COLOURS)]
+                points = colour if many else "0.4"
+                measured = "" if many else "measured"
+                motion, band = one.motion[i], one.band[i]
+                above.plot(one.times, one.values[i], ".", color=points, label=measured or None)
+                above.plot(one.t, motion, color=colour, label=one.name if many else "fitted")
+                above.fill_between(
+                    one.t, motion - band, motion + band, where=np.isfinite(band), alpha=0.3,
+                    color=colour, linewidth=0, label=None if k else of_band,
+                )  # fmt: skip
+                below.plot(one.times, one.residuals[i], ".", color=points)
             below.set(xlabel="time", ylabel="residual (σ)" if i == 0 else "")
             if n_series > 1:
                 above.set_title(f"series {i}")

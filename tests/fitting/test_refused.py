@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fastdyn import Free, Record, fit
+from fastdyn.systems.pendulum import Pendulum
 from support.fits import KNOWN
 
 T = np.linspace(0.0, 2.0, 5)
@@ -47,6 +48,9 @@ def test_a_wrong_free(make, kind, said):
     [
         ({"values": V[:4]}, ValueError, r"shape \(n_series, 5\).* got \(4,\)"),
         ({"values": np.ones((5, 2))}, ValueError, "a column for each time"),
+        ({"values": np.ones((5, 1))}, ValueError, r"got \(5, 1\): give values.T"),
+        ({"name": 3}, TypeError, "`name` of a Record must be text"),
+        ({"t0": Free(0.5)}, ValueError, "`t0` = 0.5 is after the first time, 0"),
         ({"values": np.ones((1, 1, 5))}, ValueError, "a column for each time"),
         ({"values": np.ones((2, 5))}, ValueError, "2 series, and the state has 1"),
         ({"values": np.full(5, np.nan)}, ValueError, "all of `values` are nan"),
@@ -89,6 +93,22 @@ def record(*args, y0=(1.0,), **more):
         (lambda: fit(decay, record(1.0)), ValueError, "nothing to fit: put `Free"),
         (lambda: fit(decay, []), TypeError, "`records` must be a Record"),
         (lambda: fit(decay, [T, V]), TypeError, "`records` must be a Record"),
+        (lambda: fit(decay, T, V, [0.5]), TypeError, r"fit\(fun, Record\(t, values, y0, args\)\)"),
+        (lambda: fit(decay, record(), loss="hubr"), ValueError, "did you mean `huber`"),
+        (lambda: fit(decay, record(), loss="huber", f_scale=0), ValueError, "`f_scale` must be"),
+        (lambda: fit(decay, record(Free(1.0, prior=(1, 1))), loss="huber"), ValueError, "priors"),
+        (lambda: fit(decay, Record(T, V)), TypeError, "without `y0`.* is for a system"),
+        (lambda: fit(Pendulum, record()), TypeError, r"give a system, Pendulum\(\), not its class"),
+        (
+            lambda: fit(Pendulum(), Record(T, V, args={"mas": Free(1.0)}, observed=0)),
+            ValueError,
+            "has no parameter 'mas'; choose from",
+        ),
+        (
+            lambda: fit(Pendulum(), Record(T, V, args={"m": Free(1.0)}, observed="x")),
+            ValueError,
+            "has no component 'x'; choose from",
+        ),
         (lambda: fit(None, record()), TypeError, "`fun` must be a function"),
         (lambda: fit(decay, record(), level=95), ValueError, "between 0 and 1; got 95"),
         (lambda: fit(decay, record(), level="95%"), TypeError, "between 0 and 1"),
@@ -99,7 +119,6 @@ def record(*args, y0=(1.0,), **more):
         (lambda: fit(decay, record(Free(0.5, low=0)), starts=[[-1.0]]), ValueError, "outside"),
         (lambda: fit(decay, record(), t_eval=T), TypeError, "`t_eval` is no option here"),
         (lambda: fit(decay, record(), method="RK54"), ValueError, "RK54"),
-        (lambda: fit(decay, record({"k": Free(1.0)})), TypeError, "rate is a dict with a Free"),
         (lambda: fit(decay, record([Free(1.0), [2.0]])), ValueError, "lists of unequal lengths"),
         (lambda: fit(decay, record([Free([1.0]), 2.0])), ValueError, "within a list, give numbers"),
         (lambda: fit(decay, record([Free(1.0), "a"])), TypeError, "stands beside a Free"),

@@ -61,7 +61,7 @@ TABLE = {
         ({"records": [np.ones(99)] * 2}, "got [array([1., 1., "),
         ({"records": []}, "ecord"), ({"max_nfev": "x"}, "`max_nfev`"),
         ({"level": 95}, "`level` must be between 0 and 1"), ({"level": "x"}, "`level` must be"),
-        ({"fun": None}, "`fun` must be a function of (t, y, *args); got None"),
+        ({"fun": None}, "`fun` must be a function of (t, y, *args), or a system; got None"),
         ({"method": "rk45"}, 'did you mean "RK45"?'),
         ({"rtol": "x"}, f"`rtol` {NUMBERS}the text 'x'"), ({"starts": "x"}, "`starts`"),
     ]),
@@ -71,7 +71,7 @@ TABLE = {
     ]),
     "Free": (Free, {"start": 1.0}, [
         ({"start": "x"}, "`start`"), ({"high": "x"}, "`high`"),
-        ({"min": 0}, "The call is Free(start, low, high, name, prior)."),
+        ({"min": 0}, "The call is Free(start, low, high, name, prior, log)."),
         ({"low": 2.0}, "is outside of its bounds 2.0"),
     ]),
     **{name: (getattr(analysis, name), {"fun": fun} | given, [*ANALYSED, *rows])
