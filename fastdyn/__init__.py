@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fastdyn.drift.energy import energy_drift
     from fastdyn.ensemble.solve import solve_ensemble
     from fastdyn.fitting import Fit, Free, Record, fit
+    from fastdyn.integrate import odeint
     from fastdyn.noise import solve_langevin, solve_sde
     from fastdyn.solve.boundary.solve import solve_bvp
     from fastdyn.solve.phases import Phase, solve_phases
@@ -42,6 +43,7 @@ _LAZY = {  # name: module, imported when the name is first asked for
     "Stepper": "fastdyn.solve.stepper",
     "energy_drift": "fastdyn.drift.energy",
     "fit": "fastdyn.fitting",
+    "odeint": "fastdyn.integrate",
     "prepare": "fastdyn.solve.prepare",
     "solve_bvp": "fastdyn.solve.boundary.solve",
     "solve_dae": "fastdyn.dae.solve",
@@ -52,7 +54,8 @@ _LAZY = {  # name: module, imported when the name is first asked for
     "solve_sde": "fastdyn.noise",
 }
 _FOLDERS = (  # with public names of their own, imported when they are first asked for
-    "analysis", "dae", "derive", "drift", "ensemble", "matlab", "noise", "planets", "systems",
+    "analysis", "dae", "derive", "drift", "ensemble", "integrate", "matlab", "noise", "planets",
+    "systems",
 )  # fmt: skip
 _MOVED = {  # deprecated since 0.1.0: name: the folder that has the name now
     "Fold": "ensemble",
@@ -69,8 +72,8 @@ _MOVED = {  # deprecated since 0.1.0: name: the folder that has the name now
 __all__ = [
     "METHODS", "CompileWarning", "Fit", "Free", "OdeResult", "OdeSolution", "Phase", "Record",
     "SingularMatrixError", "Stepper", "StiffnessWarning", "SwitchingWarning", "__version__",
-    "analysis", "at", "constrained", "energy_drift", "every", "fit", "prepare", "solve_bvp",
-    "solve_dae", "solve_dae_ensemble", "solve_ensemble", "solve_ivp", "solve_langevin",
+    "analysis", "at", "constrained", "energy_drift", "every", "fit", "odeint", "prepare",
+    "solve_bvp", "solve_dae", "solve_dae_ensemble", "solve_ensemble", "solve_ivp", "solve_langevin",
     "solve_linear", "solve_phases", "solve_sde", "systems",
 ]  # fmt: skip
 
@@ -95,7 +98,7 @@ def _meant(name):
     """A proposal for a name that is not here; none for those of Python's machinery."""
     from fastdyn.words.near import did_you_mean
 
-    elsewhere = {"odeint": "solve_ivp", "ode": "Stepper", "Ensemble": "solve_ensemble"}
+    elsewhere = {"Ensemble": "solve_ensemble"}
     elsewhere |= dict.fromkeys(("ode45", "ode23", "ode15s", "odeset", "deval"), "matlab")
     near = elsewhere.get(name)
     said = f"did you mean `{near}`?" if near else name[0] != "_" and did_you_mean(name, __dir__())

@@ -15,7 +15,7 @@ REGISTRIES = {"fastdyn/derive/pages", "kernels/methods"}  # each file is an entr
 DOORS = {"jax.py", "torch.py", "pytensor.py"}  # of other libraries: a file each, by its name
 SEVERAL = 14.36  # percent of assignments that are several on one line
 MANY = {"solve_ensemble", "solve_dae_ensemble", "energy_drift", "solve_bvp", "problem"}
-MANY |= {"solve_sde", "solve_langevin"}
+MANY |= {"solve_sde", "solve_langevin", "odeint"}
 
 
 @functools.cache

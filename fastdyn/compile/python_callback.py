@@ -25,7 +25,16 @@ DOUBLES = ctypes.POINTER(ctypes.c_double)
 
 FORMS = {"F": "F(t, y, yp, *args)", "velocity": "velocity(t, p, *args)"}
 FORMS["force"] = "force(t, q, *args)"
+FORMS_OF_CODE: dict = {}  # arguments of functions that stand for others, by their code
 SPARSE = "`jac` is sparse here and now, and was not before, or is not taken: return arrays."
+
+
+class OtherShape(ValueError):
+    """The result of a function has another shape than the state."""
+
+
+class OtherMatrix(OtherShape):
+    """A Jacobian has another shape than (n, n), or than its band."""
 
 
 class Callback:
@@ -184,7 +193,8 @@ def explained(error, fun, name, t, y):
     """Add the note of `words.raised` to an exception of the argument of a name."""
     who = "An event" if name == "event" else f"`{name}`"
     called, args = getattr(fun, "of", (None, ()))[:2]
-    form = getattr(called, "form", "t, y, *args")
+    of_code = FORMS_OF_CODE.get(getattr(called, "__code__", None), "t, y, *args")
+    form = getattr(called, "form", of_code)
     form = f"{name}({form})" if form != "t, y, *args" else FORMS.get(name, f"{name}({form})")
     explain(error, who, form, t, y, called, args)
 
@@ -227,7 +237,7 @@ def is_sparse(matrix):
 def check_shape(matrix, n, name="jac"):
     """Raise ValueError unless a matrix has shape (n, n)."""
     if matrix.shape != (n, n):
-        raise ValueError(
+        raise OtherMatrix(
             f"`{name}` is expected to have shape {(n, n)}, but actually has {matrix.shape}."
         )
 
@@ -266,12 +276,12 @@ def derivative(value, n, mode: Mode = DERIVATIVE):
             + ("; give a complex `y0` to solve for them" if name == "fun" else "")
         )
     if array.ndim == 2 and array.shape == (n, 1) and n > 1 and not mode.column:
-        raise ValueError(
+        raise OtherShape(
             f"`{name}` returned a column, of shape {array.shape}; it must return one of shape "
             f"({n},), unless `vectorized` is set"
         )
     if array.size != n or (array.ndim > 1 and array.shape != (n, 1)):
-        raise ValueError(
+        raise OtherShape(
             f"`{name}` returned {array.size} value{'s' * (array.size != 1)} for a state of {n}; it "
             "must return one for each component of "
             f"{'`q0` and `p0`' if mode.half is not None else '`y0`'}"

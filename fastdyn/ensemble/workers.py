@@ -18,7 +18,7 @@ from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE, K
 from fastdyn.problem.domains.options import keeps
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.step_options import last_time
-from fastdyn.run.begin import begin, event_table, jumps_at_once, schedule_table, watch_of
+from fastdyn.run.begin import begin, event_table, first_output, schedule_table, watch_of
 from fastdyn.run.loop import Progress, next_chunk, reached
 from fastdyn.run.matrices.layouts import matrices_of_member
 from fastdyn.run.matrices.mass import mass_of
@@ -69,11 +69,9 @@ class Worker:
         at_events = n_events > 0 and vector is not None and vector.watches
         at_folds = len(folds) > 0 and vector is not None and vector.accumulates
         self.record = self._record(p, vector, results, at_events, at_folds, folds)
-        jumps = jumps_at_once(p)
-        first_record = 0, results.extrema, *[0] * 6, jumps, p.method.series, 1, p.t0, 0, 0
         task = arguments.Task(
             self._addresses(p, vector, members.segments), results.queue, self.record, state,
-            OUTPUT_RECORD(*first_record),
+            OUTPUT_RECORD(*first_output(p, False, results.extrema)),
             members.words, members.y0, scheduled, rows_of_segments,
         )  # fmt: skip
         rows = N_FIELDS + n_events * at_events + len(folds) * at_folds

@@ -4,8 +4,11 @@ import operator
 
 import numpy as np
 
+from fastdyn.compile.python_callback import OtherMatrix
+
 NAME = "LSODA"
 NO_BAND = -1, -1
+ORDERS = 12, 5  # the highest orders of Adams' formulas and of BDF
 
 
 def options_of(asked, method):
@@ -20,7 +23,7 @@ def options_of(asked, method):
         return options if method.n_matrices else {}, 0.0, NO_BAND
     jac, h_least, band = options.get("jac"), _shortest_step(options), _band(options)
     if callable(jac) and band != NO_BAND:
-        jac = _unpacked(jac, band, asked)
+        jac = unpacked(jac, band, asked)
     return {"jac": jac}, h_least, band
 
 
@@ -43,7 +46,7 @@ def _band(options):
     return found
 
 
-def _unpacked(jac, band, asked):
+def unpacked(jac, band, asked):
     """Convert a function that returns diagonals, as for SciPy's LSODA, to one that returns rows.
 
     ``packed[i - j + uband][j]`` is the element in row i and column j.  ValueError for other shapes.
@@ -52,7 +55,7 @@ def _unpacked(jac, band, asked):
     shape = lband + uband + 1, n
     found = np.shape(jac(asked.t0, asked.y0.copy(), *asked.args))
     if found != shape:
-        raise ValueError(
+        raise OtherMatrix(
             f"`jac` is expected to have shape {shape}, the diagonals from `uband` above to `lband` "
             f"below, but actually has {found}."
         )

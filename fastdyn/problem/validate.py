@@ -71,10 +71,14 @@ class Problem(NamedTuple):
     mass: Any = None
     h_least: float = 0.0
     band: tuple = lsoda.NO_BAND
+    orders: tuple = lsoda.ORDERS  # highest orders of Adams' formulas and of BDF
+    limit: float | None = None  # steps of LSODA pass the end, as odeint's, up to this time
+    most_between: int = 0  # most steps between two times of `t_eval`; 0: any number
     schedules: tuple = ()
     domain: Any = None
     inside: Any = None  # the sign of `domain`, 1.0 inside
     nonnegative: Any = None  # n bools
+    told: Any = None  # receives the STATE of the solver at each time of `t_eval`
     ends_at_switches: bool = True  # whether steps end where `fun` switches with the time
     differentiated: tuple = ()  # positions of arguments, from 1, by which a sweep differentiates
 

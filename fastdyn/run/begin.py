@@ -23,7 +23,8 @@ from . import output
 from .output import OUTPUT_WORDS, STATE_RECORD, STATE_WORDS
 
 NONE_YET = (0.0, *[0] * 9)  # counts and flags of implicit methods
-NONE_OF_LSODA = (0.0,) * 9 + (0,) * 7
+WITHIN_SPAN = (0, 0.0)  # steps of LSODA do not pass the end
+NONE_OF_LSODA = (0.0,) * 10 + (0,) * 7
 NOTHING_CUT = (0.0,)
 NO_ACTION = (0, 0)
 NONE_SHORT = (0.0,)
@@ -34,9 +35,11 @@ def first_state(problem, n_extra=0):
     p = problem
     direction = 1.0 if p.tf >= p.t0 else -1.0
     t0, end = map(float, p.segments[0, :2]) if len(p.segments) else (p.t0, last_time(p.tf))
+    passes = WITHIN_SPAN if p.limit is None else (1, p.limit)
     return (
         t0, t0, end, end, t0, direction, p.h, p.h_max, p.h, 0.0, 0, 0, n_extra, *NONE_YET,
-        p.h_least, *p.band, *NONE_OF_LSODA, *NOTHING_CUT, *NO_ACTION, *NONE_SHORT,
+        p.h_least, *p.band, *p.orders, *passes, *NONE_OF_LSODA, *NOTHING_CUT,
+        *NO_ACTION, *NONE_SHORT,
     )  # fmt: skip
 
 
@@ -116,12 +119,18 @@ def jumps_at_once(problem):
 def fill(image, problem, n_extra):
     """Fill the records of the image, the first content of the memory of a solve."""
     p = problem
-    every_step = p.t_eval is None  # the first point is stored when the solve begins
     STATE_WORDS.pack_into(image, 0, *first_state(p, n_extra))
     OUTPUT_WORDS.pack_into(
-        image, STATE_WORDS.size,
-        every_step, p.dense_output, every_step, every_step, 0, 0, 0, 0, jumps_at_once(p),
-        p.method.series, 1, p.t0, 0, 0,
+        image, STATE_WORDS.size, *first_output(p, p.t_eval is None, p.dense_output)
+    )
+
+
+def first_output(problem, every_step, dense):
+    """The fields of the output record; the first point is stored when the solve begins."""
+    p = problem
+    return (
+        every_step, dense, every_step, every_step, 0, 0, 0, 0, jumps_at_once(p), p.method.series,
+        1, p.t0, 0, 0, p.most_between, 0,
     )  # fmt: skip
 
 

@@ -160,6 +160,8 @@ class LaidOut(PythonBetween):
         """Give the kernel the times of the output and the segments of the span."""
         if self._t_eval is not None:
             self._lay("output.t_eval", self._t_eval)
+        if self.problem.told is not None:
+            self._lay("output.told", self.problem.told)
         self.lay_segments(self.problem.segments)
 
     def lay_segments(self, segments):

@@ -148,6 +148,7 @@ def _place(problem, functions):
         or p.inside is not None
         or p.checkpoint is not None
         or p.callback is not None
+        or p.told is not None
         or p.jac is not None
         or p.sparsity is not None
         or p.mass is not None

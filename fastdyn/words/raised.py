@@ -17,6 +17,7 @@ from .user_lines import of_user
 
 TIMES = ("t", "time", "tau")  # names of the time
 PARAMETRISED = ("fun(t", "F(t", "velocity(", "force(")  # functions whose parameters are `args`
+Y_FIRST = "(y, t"  # of a form: the order of odeint
 LONG = 6  # components of a state that is shown
 
 
@@ -39,7 +40,7 @@ class Raised(NamedTuple):
     @property
     def state(self):
         """The name that the function gives its state."""
-        return self.names[1] if len(self.names) > 1 else "y"
+        return self.names[Y_FIRST not in self.form] if len(self.names) > 1 else "y"
 
     @property
     def taken(self):
@@ -112,10 +113,20 @@ def _failed(traceback):
 
 def of_odeint(names, who="`fun`", form="fun(t, y)"):
     """The sentence about arguments in the order of odeint, (y, t), by their names; or ""."""
-    if len(names) > 1 and names[1] == "t" and not names[0].startswith(("t", "T")):
+    if len(names) > 1 and names[1] == "t" and names[0][0] not in "tT" and Y_FIRST not in form:
         return (
             f"{who} is called as {form}: its first argument, `{names[0]}` here, is the time. "
             "For a function in the order of odeint give lambda t, y: fun(y, t)."
+        )
+    return ""
+
+
+def of_solve_ivp(names):
+    """The sentence about arguments in the order of solve_ivp, (t, y), by their names; or ""."""
+    if names[:2] in (["t", "y"], ["t", "x"]):
+        return (
+            f"`func` is called as func{Y_FIRST}, *args): its first argument, `t` here, is the "
+            "state. For a function of (t, y) give tfirst=True."
         )
     return ""
 
@@ -147,6 +158,8 @@ def _call(raised, found):
 
 def _in_order_of_odeint(raised, found):
     """A time that is taken for the state."""
+    if Y_FIRST in raised.form:
+        return of_solve_ivp([name[0] for name in raised.names])
     if not raised.entered or not isinstance(raised.values.get(raised.names[0]), float):
         return ""
     first = raised.names[0]

@@ -45,6 +45,7 @@ def watch_lane(task, lanes, single, room, y_eval, kernel, lane, n_steps):
                 room.spans[:0],
                 none,
                 none,
+                lanes.states[:0],
             ),
             Events(lanes.events[lane], lanes.schedules[lane], room.e_index, room.e_t, room.e_y),
             single.scratch,

@@ -21,6 +21,8 @@ OUTPUT = np.dtype(
         ("t_last", "f8"),  # last time stored
         ("i_change", "i8"),  # next entry of `changes`
         ("jumped", "i8"),  # number of the first change that a step jumped over, from 1; 0: none yet
+        ("most_between", "i8"),  # most steps between two times of t_eval; 0: any number
+        ("n_before", "i8"),  # steps before the last time of t_eval
     ]
 )
 
@@ -67,7 +69,8 @@ class Output(NamedTuple):
     the time under which the output stores this end.  `segments` has no rows for a span without
     breakpoints and without schedules.  `changes` has the times at which the equations change, if
     steps do not end there; `looks` has the times of a step at which the method evaluates the
-    equations, in rising order, as shares of the step.
+    equations, in rising order, as shares of the step.  `told` receives the STATE of the
+    solver at each time of `t_eval`, or has no room.
 
     `snapshots` is the table of `state/snapshot_table.py`; without rows, no snapshots are taken.
     """
@@ -82,6 +85,7 @@ class Output(NamedTuple):
     snapshots: Any
     changes: Any
     looks: Any
+    told: Any
 
 
 MOST_TERMS = 34  # most coefficients of the series of an event

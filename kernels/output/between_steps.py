@@ -20,6 +20,7 @@ from ..state.record import (
     FULL,
     RAISED,
     RUNNING,
+    STEP_LIMIT,
     STEP_TOO_SMALL,
     Y_OLD,
     ZENO,
@@ -109,9 +110,8 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
         s.t_stop = end_of_span(s, output.segments)
         if not each and o.i_eval < len(output.t_eval):
             s.t_stop = output.t_eval[o.i_eval]
-        before, snapshots = s.n_accepted, output.snapshots
-        budget = until_next(s, snapshots, 1 if each else n_steps)
-        status = invoke(kernels.advance, (solve.state, solve.work, solve.block, budget))
+        before = s.n_accepted
+        status = _advance(kernels, solve, output, 1 if each else n_steps)
         n_steps -= s.n_accepted - before
         if status >= STEP_TOO_SMALL or s.n_accepted == before:
             if acts is not None:
@@ -144,7 +144,7 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
             if kept == ENDS and status == RUNNING:
                 return BORDER
         if status <= FINISHED:
-            take_snapshot(s, solve.work[Y], snapshots, s.n_accepted - before)
+            take_snapshot(s, solve.work[Y], output.snapshots, s.n_accepted - before)
         if acts is not None:
             if jumped and status <= FINISHED:  # so that the caller sees it, also at the end
                 o.sampled = int(status == RUNNING)
@@ -152,6 +152,18 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
         if status != RUNNING:
             return status
         o.sampled = 1
+
+
+@njit(**INTERNAL)
+def _advance(kernels, solve, output, n_steps):
+    """Take at most `n_steps` steps, up to the next snapshot, if `most_between` allows a step."""
+    s, o = solve.state[0], output.record[0]
+    if o.most_between > 0:
+        n_steps = min(n_steps, o.n_before + o.most_between - s.n_accepted)
+        if n_steps == 0:
+            return STEP_LIMIT
+    budget = until_next(s, output.snapshots, n_steps)
+    return invoke(kernels.advance, (solve.state, solve.work, solve.block, budget))
 
 
 @njit(**INTERNAL)
@@ -224,7 +236,7 @@ def _sample(kernels, solve, output, events, acts, scratch, status):
                 i = o.i_eval
                 if not project_row(kernels.project, output.t[i], output.y[i], scratch[1]):
                     return RAISED
-        o.i_eval = end
+        _count(s, o, output.told, first, end)
     if acts is not None:
         if jumps:
             return jump(kernels, solve, output, events, scratch, d, t, t_old, h)
@@ -246,6 +258,16 @@ def _undo(solve, o):
     s.t = s.t_old
     o.n_dense -= o.dense
     return ZENO
+
+
+@njit(**INTERNAL)
+def _count(s, o, told, first, end):
+    """Count the times of output from `first` to `end`, and keep the solver's state there."""
+    if len(told) > 0:
+        for i in range(first, end):
+            told[i] = s
+    o.i_eval = end
+    o.n_before = s.n_accepted
 
 
 @njit(**INTERNAL)

@@ -53,6 +53,8 @@ def _begin(begin, kernels, solve, output, events, scratch):
     if o.every_step != 0:
         output.t[0] = o.t_last
         copy_row(y0, output.y[0])
+    if solve.state[0].passes_end:
+        solve.state[0].t_stop = output.t_eval[0]
     status, has_events = RUNNING, len(events.table) > 0
     opened = (events.table, o.t_last, work[Y], scratch[1])
     if has_events and begin.before_events == NOTHING:

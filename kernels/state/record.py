@@ -30,7 +30,9 @@ STATE = np.dtype(
         # which steps try the tangent; 0: any.
         ("h_old", "f8"),
         ("order", "i8"),  # order of the next step; 0 where the method begins, or begins anew
-        ("n_equal", "i8"),  # steps since size or order changed; for Taylor, steps at a jump
+        # Steps since size or order changed; for Taylor, steps at a jump; for LSODA, order of the
+        # last step.
+        ("n_equal", "i8"),
         ("factorised", "i8"),  # whether the factors of the last step hold for the next
         ("current", "i8"),  # whether the Jacobian belongs to the present state
         ("lower", "i8"),  # diagonals of the Jacobian below the main diagonal, and above
@@ -42,6 +44,10 @@ STATE = np.dtype(
         ("h_least", "f8"),  # shortest step
         ("lband", "i8"),  # diagonals of the Jacobian below the main diagonal, and above; -1: all
         ("uband", "i8"),
+        ("highest_adams", "i8"),  # highest order of each family
+        ("highest_bdf", "i8"),
+        ("passes_end", "i8"),  # whether steps may pass t_end, as odeint's, up to t_limit
+        ("t_limit", "f8"),  # infinite, of either sign: no limit
         # Data that LSODA keeps from step to step:
         ("rescale", "f8"),  # factor of the step size to which the Nordsieck array must be changed
         ("growth", "f8"),  # the largest factor by which the size may grow
@@ -51,6 +57,7 @@ STATE = np.dtype(
         ("lipschitz", "f8"),  # estimates of the Lipschitz constant: in use, since the last reset
         ("lipschitz_now", "f8"),
         ("jacobian_norm", "f8"),
+        ("t_switched", "f8"),  # last time at which the family changed
         ("h_standing", "f8"),  # size from which `n_standing` counts
         ("stiff", "i8"),  # whether the next step is a step of BDF, and whether the last step was
         ("was_stiff", "i8"),

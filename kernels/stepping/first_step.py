@@ -163,23 +163,27 @@ def lsoda(state, work, block, order, fsal_stage):
     """The first step of LSODA, from the slope and the times; no evaluation.
 
     K. Radhakrishnan and A. C. Hindmarsh, "Description and use of LSODE", NASA RP-1327 (1993),
-    section 2.8, with the largest component for the norm.
+    section 2.8, with the largest component for the norm.  If steps may pass the end, the first
+    time of output, t_stop, takes the place of the end.
     """
     s = state[0]
     s.order = 0
     status = plain(state, work, block, order, fsal_stage)
     if status != RUNNING:
         return status
-    span = abs(s.t_end - s.t)
-    if s.h <= 0.0:
+    t_end = s.t_stop if s.passes_end else s.t_end
+    span, given = abs(t_end - s.t), s.h > 0.0
+    if not given:
         rtol, steepest = 0.0, 0.0
         for i in range(work.shape[1]):
             rtol = max(rtol, work[RTOL, i])
             tolerance = work[RTOL, i] * abs(work[Y, i]) + work[ATOL, i]
             steepest = max(steepest, abs(work[K + fsal_stage, i]) * (1.0 / tolerance))
         rtol = min(max(rtol, 100.0 * EPS), 0.001)
-        late = max(abs(s.t), abs(s.t_end))
+        late = max(abs(s.t), abs(t_end))
         s.h = 1.0 / np.sqrt(1.0 / (rtol * late * late) + rtol * steepest * steepest)
+    if s.passes_end:
+        span = abs(s.t_limit - s.t) if given else min(span, abs(s.t_limit - s.t))
     s.h = min(s.h, span)
     if s.h == 0.0:  # a square is out of range
         s.h = span

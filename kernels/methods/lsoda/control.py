@@ -5,7 +5,7 @@ L. Petzold, "Automatic selection of methods for solving stiff and nonstiff syste
 Stat. Comput. 4 (1983): steps that stability allows, and the change of the family.
 """
 
-from ...jit.options import INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from .corrector import EPS
 from .past import CHANGE, FOUND, KEPT, Z, norm
 from .table import ADAMS, BDF, CONSTANT, CORRECTION, HIGHER, LOWER, ORDERS, STABLE
@@ -21,6 +21,12 @@ BETTER, WAIT = 5.0, 20  # ratio of BDF's step to Adams' for a change; steps betw
 def growth(error, order, bias):
     """The factor for the step size, from the error of a step by a formula of this order."""
     return 1.0 / (bias * error ** (1.0 / (order + 1)) + bias * 1e-6)
+
+
+@njit(**INLINED)
+def highest(s, family):
+    """The highest order of a family, at most that of the table."""
+    return s.highest_adams if family == ADAMS else s.highest_bdf
 
 
 @njit(**INTERNAL)
@@ -55,7 +61,7 @@ def next_order(s, work, error, n_failed):
     """
     order, family = s.order, s.stiff
     same, lower, higher, bound = growth(error, order, 1.2), 0.0, 0.0, 0.0
-    if n_failed == 0 and order < ORDERS[family]:
+    if n_failed == 0 and order < highest(s, family):
         for i in range(work.shape[1]):
             work[FOUND, i] = work[CHANGE, i] - work[KEPT, i]
         higher = growth(norm(work, FOUND) / HIGHER[family, order], order + 1, 1.4)
@@ -63,7 +69,7 @@ def next_order(s, work, error, n_failed):
         lower = growth(norm(work, Z + order) / LOWER[family, order], order - 1, 1.3)
     if family == ADAMS:
         bound = max(s.h * s.lipschitz, LEAST)
-        if order < ORDERS[ADAMS]:
+        if order < highest(s, ADAMS):
             higher = min(higher, STABLE[order + 1] / bound)
         same = min(same, STABLE[order] / bound)
         if order > 1:
@@ -102,44 +108,55 @@ def _append_term(s, work):
 
 
 @njit(**INTERNAL)
-def next_family(s, error, predicted):
+def next_family(s, work, error, predicted):
     """Change the family if the other family takes longer steps.
 
     Returns the factor for the step size; 0 without a change.  `predicted` is the norm of the
-    predicted state: the error must exceed the rounding error of this state.
+    predicted state: the error must exceed the rounding error of this state.  The order is at most
+    the highest of the other family.
     """
-    factor = _to_bdf(s, error, predicted) if s.stiff == 0 else _to_adams(s, error, predicted)
+    family = 1 - s.stiff
+    order = min(s.order, highest(s, family))
+    of_order = s, work, error, order
+    factor = _to_bdf(*of_order, predicted) if s.stiff == 0 else _to_adams(*of_order, predicted)
     if factor > 0.0:
-        s.stiff, s.wait_family, s.lipschitz = 1 - s.stiff, WAIT, 0.0
+        s.stiff, s.order, s.wait_family, s.lipschitz = family, order, WAIT, 0.0
     return factor
 
 
 @njit(**INTERNAL)
-def _stable_growth(s, factor, constant):
+def _other_error(s, work, error, order, family):
+    """The error of a step of another family, of the present order or of a lower order."""
+    if order < s.order:
+        return norm(work, Z + order + 1) / LOWER[family, order + 1]
+    return error * (CONSTANT[family, order] / CONSTANT[1 - family, order])
+
+
+@njit(**INTERNAL)
+def _stable_growth(s, factor, order, constant):
     """The factor for the step size of Adams' formula, from the bound on the step times L."""
     bound = constant * s.h
     if bound * factor > 1e-5:
-        return min(factor, STABLE[s.order] / bound)
+        return min(factor, STABLE[order] / bound)
     return factor
 
 
 @njit(**INTERNAL)
-def _to_bdf(s, error, predicted):
+def _to_bdf(s, work, error, order, predicted):
     if s.order > ORDERS[BDF]:
         return 0.0
     if not (error > 100.0 * predicted * EPS and s.lipschitz_now != 0.0):
         return 2.0 if s.limited == 1 else 0.0
-    ours = _stable_growth(s, growth(error, s.order, 1.2), s.lipschitz)
-    theirs = error * (CONSTANT[BDF, s.order] / CONSTANT[ADAMS, s.order])
-    factor = growth(theirs, s.order, 1.2)
+    ours = _stable_growth(s, growth(error, s.order, 1.2), s.order, s.lipschitz)
+    factor = growth(_other_error(s, work, error, order, BDF), order, 1.2)
     return factor if factor >= BETTER * ours else 0.0
 
 
 @njit(**INTERNAL)
-def _to_adams(s, error, predicted):
-    theirs = error * (CONSTANT[ADAMS, s.order] / CONSTANT[BDF, s.order])
-    factor = _stable_growth(s, growth(theirs, s.order, 1.2), s.jacobian_norm)
+def _to_adams(s, work, error, order, predicted):
+    theirs = _other_error(s, work, error, order, ADAMS)
+    factor = _stable_growth(s, growth(theirs, order, 1.2), order, s.jacobian_norm)
     if factor < growth(error, s.order, 1.2):
         return 0.0
-    share = max(0.001, factor) ** (1.0 / (s.order + 1))
+    share = max(0.001, factor) ** (1.0 / (order + 1))
     return factor if share * theirs > 1000.0 * EPS * predicted else 0.0

@@ -9,7 +9,8 @@ from ...output.dense_output import nest
 from ...state.record import Y_OLD, K, Y
 from .table import HIGHEST
 
-# Rows: a row whose first number is the order of the last step; the derivative; the Nordsieck array;
+# Rows: a row whose first number is the order of the interpolant, negative if it is not the order of
+# the last step; the derivative; the Nordsieck array;
 # the correction of the last step, the correction of an earlier step; the state of an iteration and
 # its derivative; 1 / tolerance; factors of differences and two rows of work space; pivots.
 ORDER, SLOPE, Z = K, K + 1, K + 2
@@ -64,13 +65,15 @@ def dense_rows(rhs, t, h, work, block, d):
     """The polynomial of the last step, in the form of `dense_output.py`; 0 evaluations.
 
     The Nordsieck array has the coefficients of the powers of x - 1, with x = (t - t_old) / h.  The
-    polynomial passes through the states at both ends of the step.
+    polynomial passes through the states at both ends of the step, if it has the order of the step.
     """
-    order, last, n = int(work[ORDER, 0]), HIGHEST[0], work.shape[1]
+    given, last, n = int(work[ORDER, 0]), HIGHEST[0], work.shape[1]
+    order = abs(given)
     for j in range(last + 1):
         for i in range(n):
             d[j, i] = work[Z + j, i] if j <= order else 0.0
     nest(d, order)
-    for i in range(n):
-        d[0, i], d[DENSE, i] = work[Y_OLD, i], work[Y, i] - work[Y_OLD, i]
+    if given > 0:
+        for i in range(n):
+            d[0, i], d[DENSE, i] = work[Y_OLD, i], work[Y, i] - work[Y_OLD, i]
     return 0

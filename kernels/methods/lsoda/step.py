@@ -8,6 +8,8 @@ The size of the next step is chosen when a step is accepted.  The Nordsieck arra
 new size when the next step begins: until then, the array gives the polynomial of the last step.
 """
 
+import numpy as np
+
 from ...jit.options import INTERNAL, njit
 from ...output.arguments import NOTHING
 from ...state.record import (
@@ -34,6 +36,7 @@ from .control import (
     SHRUNK_GROWTH,
     WAIT,
     change_step,
+    highest,
     load_formula,
     next_family,
     next_order,
@@ -56,7 +59,7 @@ from .past import (
     rescale,
     retract,
 )
-from .table import CORRECTION, ORDERS, SAME
+from .table import CORRECTION, SAME
 
 MOST_FAILURES = 10  # as in ODEPACK
 # Most steps that do not change the time, unless they double their size; none of them may fail.  A
@@ -79,6 +82,7 @@ def _begin(state, work, block):
     s.wait, s.wait_family, s.growth, s.rate = 2, WAIT, FIRST_GROWTH, 0.7
     s.was_stiff = s.stiff  # BDF if steps of BDF were taken back: see `output/borders.py`
     s.limited = s.factorised = s.age = s.n_standing = 0
+    s.t_switched = s.t_start
     s.h_standing = s.drift = s.lipschitz = s.lipschitz_now = s.jacobian_norm = 0.0
     h = s.h * s.direction
     for i in range(work.shape[1]):
@@ -90,12 +94,14 @@ def _begin(state, work, block):
 
 @njit(**INTERNAL)
 def _prepare(s, work):
-    """Change the Nordsieck array to the chosen step, shortened if it would pass t_end."""
+    """Change the Nordsieck array to the chosen step, shortened if it would pass its limit."""
     if s.rescale != 1.0:
         rescale(work, s.order, s.rescale)
         s.rescale = 1.0
-    chosen, room = s.h, abs(s.t_end - s.t)
-    if s.direction * (s.t + s.direction * s.h * (1.0 + 4.0 * EPS) - s.t_end) > 0.0:
+    limit = s.t_limit if s.passes_end else s.t_end
+    chosen, room = s.h, abs(limit - s.t)
+    beyond = s.direction * (s.t + s.direction * s.h * (1.0 + 4.0 * EPS) - limit)
+    if beyond > 0.0 and abs(limit) < np.inf:
         chosen = room * (1.0 - 4.0 * EPS)
     if s.stiff != s.was_stiff:
         s.factorised, s.wait = 0, s.order + 1
@@ -139,23 +145,28 @@ def _go_on(s, work, t_new, error, predicted):
     h = s.h * s.direction
     for i in range(n):
         work[SLOPE, i] = work[Z + 1, i] / h
-    work[ORDER, 0] = order
     s.t_old, s.t, s.h_old, s.error = s.t, t_new, s.h, error
-    s.was_stiff = s.stiff
+    s.was_stiff, s.n_equal = s.stiff, order
     s.age += 1
     s.wait_family -= 1
     s.wait -= 1
-    factor = next_family(s, error, predicted) if s.wait_family < 0 else 0.0
+    factor = next_family(s, work, error, predicted) if s.wait_family < 0 else 0.0
     if factor == 0.0 and s.wait == 0:
         factor = next_order(s, work, error, 0)
         if factor == 0.0:
             s.wait = AGAIN
-    elif factor == 0.0 and s.wait == 1 and order < ORDERS[s.stiff]:
+    elif factor == 0.0 and s.wait == 1 and order < highest(s, s.stiff):
         copy_row(work[CHANGE], work[KEPT])
+    if s.stiff != s.was_stiff:
+        s.t_switched = t_new
     if factor > 0.0:
         s.rescale = change_step(s, max(factor, s.h_least / s.h))
         s.growth = GROWTH
-    if abs(s.t - s.t_end) <= 100.0 * EPS * (abs(s.t) + s.h):
+    work[ORDER, 0] = order
+    if s.passes_end:
+        if s.order != order:  # ODEPACK interpolates by the order of the next step
+            work[ORDER, 0] = -s.order
+    elif abs(s.t - s.t_end) <= 100.0 * EPS * (abs(s.t) + s.h):
         s.t = s.t_end
 
 

@@ -1,0 +1,248 @@
+"""odeint: SciPy's oldest solver of differential equations, on the compiled LSODA."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fastdyn.compile.python_callback import OtherMatrix, OtherShape
+from fastdyn.compile.sentences import WritesToState
+from fastdyn.kernels.state.record import STATE
+from fastdyn.problem.lsoda import ORDERS
+from fastdyn.run.enough_memory import KeepsBands
+from fastdyn.words.kinds import function_of, shown
+from fastdyn.words.raised import argument_names, of_solve_ivp
+
+from . import again, messages, steps
+from .equations import highest_orders, problem_of, tolerance
+from .steps import EPS, Information, Watcher, infodict_of, too_accurate
+
+
+def odeint(
+    func: Any,
+    y0: Any,
+    t: Any,
+    args: Any = (),
+    Dfun: Any = None,
+    col_deriv: Any = 0,
+    full_output: Any = 0,
+    ml: int | None = None,
+    mu: int | None = None,
+    rtol: Any = None,
+    atol: Any = None,
+    tcrit: Any = None,
+    h0: float = 0.0,
+    hmax: float = 0.0,
+    hmin: float = 0.0,
+    ixpr: Any = 0,
+    mxstep: int = 0,
+    mxhnil: int = 0,
+    mxordn: int = 12,
+    mxords: int = 5,
+    printmessg: Any = 0,
+    tfirst: Any = False,
+) -> Any:
+    """Solve y' = func(y, t) from y(t[0]) = y0, with compiled code.
+
+    Arguments, steps, results, `infodict` and warnings are those of `scipy.integrate.odeint`, as far
+    as rounding allows.  `solve_ivp` does more: events, dense output, other methods.
+
+    Parameters
+    ----------
+    func : callable
+        ``func(y, t, *args)``, or ``func(t, y, *args)`` with `tfirst`, returns the derivative.  Any
+        Python callable; a function that does not compile runs in Python, with one CompileWarning.
+    y0 : float or array_like, shape (n,)
+        Initial state at ``t[0]``.
+    t : array_like, shape (k,)
+        Times of output, rising or falling; times may be repeated.
+    args : tuple, optional
+        Further arguments of `func` and `Dfun`.  A single value needs no tuple.
+    Dfun : callable, optional
+        The Jacobian, in the order of `func`; by default differences.
+    col_deriv : bool, optional
+        True if `Dfun` returns the transposed Jacobian.
+    full_output : bool, optional
+        Return `infodict`, too.
+    ml, mu : int, optional
+        Numbers of diagonals of the Jacobian below and above the main diagonal.
+    rtol, atol : float or array_like, shape (n,), optional
+        Tolerances, by default 1.49012e-8.
+    tcrit : array_like, optional
+        Times that steps do not pass on the way to a time of output before them.
+    h0, hmax, hmin : float, optional
+        First, longest and shortest step; 0: any.
+    ixpr : bool, optional
+        Print where the method changes.
+    mxstep : int, optional
+        Most steps from one time of output to the next; 0: 500.
+    mxhnil : int, optional
+        Has no effect.
+    mxordn, mxords : int, optional
+        Highest order of Adams' formulas, and of BDF.
+    printmessg : bool, optional
+        Warn of the end of a successful run, too.
+    tfirst : bool, optional
+        The order of the first two arguments of `func` and `Dfun`.
+
+    Returns
+    -------
+    y : ndarray, shape (k, n)
+        The state at each time; NaN at the times that a run did not reach.
+    infodict : dict
+        With `full_output`: SciPy's; 0 in the rows of times that were not reached.
+
+    Warns
+    -----
+    ODEintWarning
+        If the run fails: SciPy's sentence, and the reason.
+
+    Raises
+    ------
+    ValueError
+        For times that neither rise nor fall, and for arrays of other dimensions.
+    RuntimeError
+        If the result of `func` or `Dfun` has another size than `y0`.
+
+    Notes
+    -----
+    Steps pass the times of output, where the state is interpolated: `func` is called beyond
+    ``t[-1]``.  A call that has one of `full_output`, `tcrit`, `ixpr` or tolerances below 2.2e-14
+    takes its steps one by one, in about 5 us each.
+
+    Examples
+    --------
+    >>> def pendulum(y, t, b, c):
+    ...     theta, omega = y
+    ...     return [omega, -b * omega - c * np.sin(theta)]
+    >>> y = odeint(pendulum, [np.pi - 0.1, 0.0], np.linspace(0, 10, 101), args=(0.25, 5.0))
+    """
+    if args.__class__ is not tuple:
+        args = (args,)
+    plain = tcrit is None and not (ixpr or printmessg)
+    key: Any = None
+    if plain and Dfun is None and ml is None and mu is None and (mxordn, mxords) == ORDERS:
+        limits = rtol, atol, h0, hmax, hmin, mxstep, bool(tfirst), bool(full_output)
+        key = again.key_of(func, y0, t, args, limits)
+        found = again.solved(key, func, y0, t, args, tfirst)
+        if found is not None:
+            rows, told = found
+            if told is None:
+                return rows
+            shape = rows.shape[1], ORDERS, None
+            return rows, infodict_of(Information(told), *shape, messages.SAID[messages.DONE])
+    function_of("(t, y)" if tfirst else "(y, t)")("func", func)
+    if not tfirst and (said := of_solve_ivp(argument_names(func))):
+        messages.tell(said)
+    band = None if ml is None and mu is None else (max(ml or 0, 0), max(mu or 0, 0))
+    state = _state(y0)
+    tolerances = tolerance("rtol", rtol, len(state)), tolerance("atol", atol, len(state))
+    orders = highest_orders(mxordn, mxords)
+    call = Call(state, _times(t), tolerances, orders, band)
+    try:
+        call.solve(
+            (func, Dfun, bool(tfirst), bool(col_deriv)), args, (h0, hmax, hmin, mxstep),
+            bool(full_output), tcrit, bool(ixpr),
+        )  # fmt: skip
+    except OtherShape as error:
+        said = str(error).replace("`fun`", "`func`").replace("`jac`", "`Dfun`")
+        raise RuntimeError(said) from error
+    except (KeepsBands, WritesToState):
+        from scipy.integrate import odeint as scipys
+
+        return scipys(
+            func, y0, t, args, Dfun, col_deriv, full_output, ml, mu, rtol, atol, tcrit, h0, hmax,
+            hmin, ixpr, mxstep, mxhnil, mxordn, mxords, printmessg, tfirst,
+        )  # fmt: skip
+    messages.warn(call.istate, call.because, printmessg, 2)
+    if key is not None and call.istate == messages.DONE:
+        again.note(key, func, call.problem)
+    if not full_output:
+        return call.rows
+    shape = len(state), orders, band
+    return call.rows, infodict_of(call.information, *shape, messages.SAID[call.istate])
+
+
+class Call:
+    """One call of `odeint`, with its rows, and how it ended."""
+
+    problem: Any = None
+    istate, because = messages.NOTHING, ""
+
+    def __init__(self, y0, t, tolerances, orders, band):
+        self._y0, self._t, self._tolerances = y0, t, tolerances
+        self._orders, self._band = orders, band
+        self.rows = np.full((len(t), len(y0)), np.nan)
+        later = np.flatnonzero(t != t[0]) if len(t) else t
+        self._begin = int(later[0]) if len(later) else len(t)
+        self.rows[: self._begin] = y0
+        self.information = Information(np.zeros(max(len(t) - 1, 0), STATE))
+
+    def solve(self, functions, args, limits, full, tcrit, prints):
+        """Solve, and keep the rows."""
+        begin, y0 = self._begin, self._y0
+        if begin == len(self._t):
+            return
+        if not (len(y0) and np.isfinite(y0).all() and _is_possible(y0, self._tolerances)):
+            self.istate = messages.ILLEGAL
+            self.because = (
+                "`y0` must have components, which are finite, and tolerances that are more than "
+                "rounding errors."
+            )
+            return
+        given = (
+            float(self._t[0]), self._t[begin:], args, self._tolerances, limits, self._orders,
+            self._band,
+        )  # fmt: skip
+        try:
+            self._run(problem_of(functions, y0, *given), full, tcrit, prints)
+        except OtherMatrix:  # SciPy does not look at a Jacobian that no step needs
+            func, _, *orders = functions
+            run = self._run(problem_of((func, None, *orders), y0, *given), full, tcrit, prints)
+            if run.view("solve.state")["n_jacobians"][0]:
+                raise
+
+    def _run(self, problem, full, tcrit, prints):
+        p, begin = problem, self._begin
+        watcher = None
+        if tcrit is not None or prints or np.min(p.rtol) < 100.0 * EPS:
+            watcher = Watcher(p.t_eval, tcrit, prints)
+            p = p._replace(callback=watcher, limit=watcher.limit())
+        if full:
+            p = p._replace(told=self.information.told[begin - 1 :])
+        run, rows, self.istate, self.because = steps.solved(p, watcher)
+        self.problem = p
+        self.rows[begin : begin + len(rows)] = rows
+        if full and self.istate < 0:
+            tolsf = 0.0 if watcher is None else watcher.tolsf
+            self.information.fail(run, begin - 1 + len(rows), self.istate, tolsf)
+        return run
+
+
+def _is_possible(y0, tolerances):
+    """Whether tolerances are positive at the start, and more than rounding errors."""
+    rtol, atol = tolerances
+    return bool((rtol * np.abs(y0) + atol > 0.0).all()) and not too_accurate(y0, rtol, atol)
+
+
+def _state(y0):
+    """The initial state, of one dimension."""
+    found = np.array(y0, dtype=float)
+    if found.ndim > 1:
+        raise ValueError(f"Initial condition y0 must be one-dimensional; got shape {found.shape}.")
+    return found.reshape(-1)
+
+
+def _times(t):
+    """The times of output, of one dimension, rising or falling."""
+    found = np.array(t, dtype=float)
+    if found.ndim != 1:
+        raise ValueError(f"Output times t must be one-dimensional; got {shown(t)}.")
+    gaps = np.diff(found)
+    if not ((gaps >= 0).all() or (gaps <= 0).all()):
+        raise ValueError(
+            "The values in t must be monotonically increasing or monotonically decreasing; repeated"
+            " values are allowed."
+        )
+    return found
