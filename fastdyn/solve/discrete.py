@@ -9,7 +9,7 @@ from fastdyn.run.result import OdeResult
 
 
 class PreparedWithDiscrete:
-    """A solver of one problem: ``solver(y0=None, args=None, discrete=None)`` returns an OdeResult.
+    """A solver of one problem: ``solver(y0, args, discrete, t_span, t_eval)``, all optional.
 
     `prepare` with `discrete` makes the solver from the Prepared of the longer state, which begins
     with n components of y; see `fastdyn.solve.prepare.Prepared`.
@@ -29,14 +29,18 @@ class PreparedWithDiscrete:
         """Pickle the arguments of `prepare`: a copy is prepared anew."""
         return self._given
 
-    def __call__(self, y0=None, args=None, discrete=None):
-        """Solve from `y0` and `discrete` with `args`; the defaults are those of `prepare`."""
+    def __call__(self, y0=None, args=None, discrete=None, t_span=None, t_eval=None):
+        """Solve from `y0` and `discrete` with `args`; the defaults are those of `prepare`.
+
+        `t_span` and `t_eval` are as of `Prepared`.
+        """
+        at = args, t_span, t_eval
         if y0 is None and discrete is None:
-            return parted(self._solver(None, args), self._n)
+            return parted(self._solver(None, *at), self._n)
         y, d = self._start[: self._n], self._start[self._n :]
         parts = [y if y0 is None else _part("y0", y0, self._n)]
         parts += [d if discrete is None else _part("discrete", discrete, self._m)]
-        return parted(self._solver(np.concatenate(parts), args), self._n)
+        return parted(self._solver(np.concatenate(parts), *at), self._n)
 
     def many(self, y0s=None, args=None, discrete=None):
         """Solve from many states, one after the other; see `Prepared.many`.

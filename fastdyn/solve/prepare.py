@@ -17,7 +17,7 @@ from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.names import ARGUMENTS, refuse_unknown
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.second_order_and_pairs import mode_for, probe_equations
-from fastdyn.problem.sensitivities import check_method
+from fastdyn.problem.sensitivities import check_adjoint, check_method
 from fastdyn.run.loop import announce
 from fastdyn.run.ready import ReadyRun, Solver
 from fastdyn.run.solve_problem import run_of, solve_problem
@@ -25,7 +25,7 @@ from fastdyn.words.calls import shown_when_wrong
 from fastdyn.words.kinds import shown
 
 from .discrete import PreparedWithDiscrete
-from .repeated import WithSensitivities
+from .repeated import WithAdjoint, WithSensitivities, may_come_again
 from .sensitivities import extended, solve_with_sensitivities
 
 if TYPE_CHECKING:
@@ -61,7 +61,8 @@ def prepare(
     Parameters
     ----------
     fun, t_span, method, t_eval, dense_output, events
-        As in `solve_ivp`, for all solves; methods are fastdyn's own.
+        As in `solve_ivp`; methods are fastdyn's own. A solve may have another `t_span`, and, with
+        `t_eval`, as many other times.
     y0 : array_like, shape (n,)
     args : tuple, optional
         Default initial state and arguments of the solves.
@@ -102,8 +103,13 @@ def _prepared(asked, given):
     method = compiled_method("prepare", asked, "; solve_ivp takes the rest")
     if asked.sensitivity is not None:
         check_method(asked, method)
-    problem = validate.problem(asked, method, mode_for(asked, method))
-    return Prepared(problem, given, asked)
+    if asked.adjoint is not None:
+        check_adjoint(asked, method)
+    return Prepared(_problem(asked, method), given, asked, method)
+
+
+def _problem(asked, method):
+    return validate.problem(asked, method, mode_for(asked, method))
 
 
 def _again(given):
@@ -112,23 +118,32 @@ def _again(given):
 
 
 class Prepared:
-    """A solver of one problem: ``solver(y0=None, args=None)`` returns an OdeResult.
+    """A solver of one problem: ``solver(y0, args, t_span, t_eval)`` returns an OdeResult.
 
-    Results do not share memory.  Several threads may call the solver at once.
+    All four are optional.  Results do not share memory.  Several threads may call at once.
     """
 
-    def __init__(self, problem, given, asked):
+    _moves = False  # whether a solve had another span or other times
+
+    def __init__(self, problem, given, asked, method):
         self._problem, self._shape, self._given = problem, problem.y0.shape, given
-        self._asked, sensitivity = asked, asked.sensitivity
+        self._asked, self._method, self._span = asked, method, (problem.t0, problem.tf)
         self._fun, self._args = problem.fun, problem.args
         self._others = [function for function, _ in between_steps(problem)]
-        self._sensitivity = sensitivity
-        if sensitivity is None:
-            self._solver: Solver = _Solver(problem)
+        self._sensitivity = asked.sensitivity
+        # without `t_eval`, a solve with `adjoint` keeps all steps, and is not one of a ready run
+        self._counts = asked.adjoint is None or problem.t_eval is not None
+        self._repeats = self._counts and may_come_again(problem, asked.options)
+        if asked.adjoint is not None:
+            self._solve_anew(problem)  # raises if there are no derivatives
+            self._solver: Solver = WithAdjoint(problem, asked.options, asked.adjoint)
+        elif asked.sensitivity is None:
+            self._solver = _Solver(problem, asked.options)
         else:
-            extended(problem, sensitivity)  # raises if there are no derivatives
-            self._solver = WithSensitivities(problem, {}, sensitivity)
-        self._solver.prepare(problem)
+            extended(problem, asked.sensitivity)  # raises if there are no derivatives
+            self._solver = WithSensitivities(problem, asked.options, asked.sensitivity)
+        if self._counts:
+            self._solver.prepare(problem)
 
     def __repr__(self):
         p = self._problem
@@ -149,10 +164,19 @@ class Prepared:
         """Pickle the arguments of `prepare`: a copy is prepared anew."""
         return _again, (self._given,)
 
-    def __call__(self, y0=None, args=None):
+    def __call__(self, y0=None, args=None, t_span=None, t_eval=None):
         """Solve from `y0` with `args`; the defaults are those of `prepare`.
 
         Outside values of the functions are read anew, as in `solve_ivp`.
+
+        Parameters
+        ----------
+        y0 : array_like, shape (n,), optional
+        args : tuple, optional
+        t_span : pair of float, optional
+            Another start and end.
+        t_eval : array_like, optional
+            Other times of output, as many as when the solver was prepared with `t_eval`.
         """
         if y0 is None:
             y0 = self._problem.y0
@@ -160,24 +184,70 @@ class Prepared:
             args = self._args
         elif args.__class__ is not tuple:
             args = validate.extra_arguments(args)
+        if self._moves or t_span is not None or t_eval is not None:
+            return self._elsewhere(y0, args, t_span, t_eval)
         result = self._solver.solve(self._fun, y0, args, self._others)
         return self._solved(y0, args) if result is None else result
 
-    def _solved(self, y0, args):
-        """Solve the long way; a state in an unusual form needs no long way."""
-        p, y0 = self._problem, validate.initial_state(y0)
+    def _elsewhere(self, y0, args, t_span, t_eval):
+        """Solve with another span or other times, or with the first ones again."""
+        p, result = self._problem, None
+        if self._repeats and (t_eval is None or p.t_eval is not None):
+            self._moves = True
+            times, span = p.t_eval if t_eval is None else t_eval, t_span
+            if t_span is None:
+                span = self._span
+            result = self._solver.solve(self._fun, y0, args, self._others, span, times)
+        if result is None:
+            problem = self._at(self._checked(y0), args, t_span, t_eval)
+            result = self._solve_anew(problem)
+            if self._repeats:
+                self._solver.count(problem)
+        return result
+
+    def _checked(self, y0):
+        y0 = validate.initial_state(y0)
         if y0.shape != self._shape or y0.dtype.kind == "c":
             raise ValueError(
                 f"`y0` must be {self._shape[0]} real numbers, as when it was prepared."
             )
+        return y0
+
+    def _at(self, y0, args, t_span, t_eval):
+        """The Problem of a solve with another span, or other times of output."""
+        p = self._problem
+        if t_eval is not None and p.t_eval is None:
+            raise ValueError("`t_eval` of a solve needs a solver that is prepared with `t_eval`.")
+        if t_eval is not None and np.shape(t_eval) != p.t_eval.shape:
+            raise ValueError(
+                f"`t_eval` must have {len(p.t_eval)} times, as when it was prepared; got "
+                f"{shown(t_eval)}."
+            )
+        t0, tf = self._span if t_span is None else validate.time_span(t_span)
+        if t0 == tf:
+            raise ValueError("`t_span` must not be empty.")
+        times = p.t_eval if t_eval is None else t_eval
+        given = {"t0": t0, "tf": tf, "y0": y0, "args": args, "t_eval": times}
+        return _problem(self._asked._replace(**given), self._method)
+
+    def _solve_anew(self, problem):
+        if self._asked.adjoint is not None:
+            from .adjoint.solve import solve_with_adjoint  # imports Numba
+
+            return solve_with_adjoint(problem, self._asked.adjoint)
+        if self._sensitivity is None:
+            return solve_problem(problem)
+        return solve_with_sensitivities(problem, self._sensitivity)
+
+    def _solved(self, y0, args):
+        """Solve the long way; a state in an unusual form needs no long way."""
+        p, y0 = self._problem, self._checked(y0)
         result = self._solver.solve(self._fun, y0, args, self._others)
         if result is None:
             problem = p._replace(y0=y0, args=args)
-            if self._sensitivity is None:
-                result = solve_problem(problem)
-            else:
-                result = solve_with_sensitivities(problem, self._sensitivity)
-            self._solver.count(problem)
+            result = self._solve_anew(problem)
+            if self._counts:
+                self._solver.count(problem)
         return result
 
     def many(self, y0s=None, args=None):
@@ -210,7 +280,7 @@ class Prepared:
         from . import many  # imports Numba
 
         p = self._problem
-        if self._sensitivity is not None:
+        if self._sensitivity is not None or self._asked.adjoint is not None:
             raise ValueError("`many` computes no sensitivities: call the solver in a loop.")
         if p.dense_output:
             raise ValueError("`many` keeps no interpolants: prepare without `dense_output`.")
@@ -231,9 +301,9 @@ class Prepared:
 class _Solver(Solver):
     """The Solver of a Prepared, whose problem keeps its functions."""
 
-    def __init__(self, problem):
+    def __init__(self, problem, options):
         super().__init__()
-        self.problem = problem
+        self.problem, self._options = problem, options
 
     def ready(self, problem):
         run = run_of(problem)
@@ -243,7 +313,8 @@ class _Solver(Solver):
         if not run.is_plain():
             return []
         functions = problem.fun, *[function for function, _ in between_steps(problem)]
-        return [ReadyRun(run, problem, functions, problem.args, self.finish)]
+        given = problem.args, self.finish, None, None, self._options
+        return [ReadyRun(run, problem, functions, *given)]
 
     def present(self, ready, fun, args, others):
-        return self.problem._replace(y0=ready.room.copy(), args=args)
+        return self.problem._replace(y0=ready.room.copy(), args=args, **ready.taken())

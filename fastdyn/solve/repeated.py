@@ -72,7 +72,7 @@ def asked_before(asked, method):
 def note(asked, method, problem):
     """After the solve of Arguments the long way, prepare for more calls of the kind."""
     a = asked
-    if not _may_come_again(problem, a.options):
+    if not may_come_again(problem, a.options):
         return
     try:
         others = () if a.events is None else _listed(a.events)
@@ -134,7 +134,8 @@ def _code(fun):
     return _code(fun.func) if kind is functools.partial else kind.__call__.__code__
 
 
-def _may_come_again(problem, options):
+def may_come_again(problem, options):
+    """Whether a ready run takes other spans and times of a problem with these options."""
     p, times = problem, problem.t_eval
     known = [OPTIONS[name] for name in options if name in OPTIONS]
     if len(known) < len(options) or not np.isfinite(p.tf):

@@ -15,12 +15,13 @@ from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.names import ARGUMENTS
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.second_order_and_pairs import mode_for
+from fastdyn.problem.step_options import within
 from fastdyn.run.dense_output import PiecewisePolynomial, floors_of
 from fastdyn.run.functions.compared import Compared
 from fastdyn.run.loop import announce, counters
 from fastdyn.run.outcome import as_components, n_factorised, occurrences_of, outcome
 from fastdyn.run.output import occurrences_in
-from fastdyn.run.result import FIELDS, Counted
+from fastdyn.run.result import COUNTS, FIELDS, Counted
 from fastdyn.run.resume import put_tables
 from fastdyn.run.solve_problem import run_of
 from fastdyn.words import kinds
@@ -43,7 +44,7 @@ STATE = (
     "y_events",
     "step_size",
 )
-OF_RUN = ("_run", "_sol", "_given", "fun")  # attributes that are not copied
+OF_RUN = ("_run", "_sol", "_given", "_asked", "_method", "fun")  # attributes that are not copied
 
 
 @filled("Stepper")
@@ -81,6 +82,10 @@ class Stepper(OdeSolver):
         For each event so far, its times (k,) and the states there (k, n); None without events.
     discrete : ndarray, shape (m,)
         With `discrete`: the present discrete states.
+    args : tuple
+        The arguments of `fun`, which may be set between two steps: inputs of a controller. The next
+        step begins at the present state with the new arguments, without what a method keeps of the
+        steps before; give control times as `breakpoints`, so that steps end there.
     nfev, njev, nlu : int
         Evaluations of `fun`, of Jacobians, and factorisations.
     nstep, n_accepted, n_rejected : int
@@ -100,6 +105,7 @@ class Stepper(OdeSolver):
 
     compiles = True  # the class compiles `fun` itself
     _watches = False  # whether events, schedules or breakpoints lie between the steps
+    _before: Any = None  # the counts before `args` were set
     _n_own: Any = None  # the length of y, with `discrete`
 
     @shown_when_wrong()
@@ -129,6 +135,7 @@ class Stepper(OdeSolver):
         if asked.discrete is not None:
             asked, self._n_own = longer(asked)
         ours = compiled_method("Stepper", asked)
+        self._asked, self._method = asked, ours
         problem = validate.problem(asked, ours, mode_for(asked, ours))
         vars(self).update(vectorized=vectorized, fun=fun)
         self._found: list = []  # (index, t, y) of the events of each step
@@ -140,7 +147,42 @@ class Stepper(OdeSolver):
         method = self._run.problem.method.name
         return f"<Stepper: {method}, t = {self.t:g} on the way to {self.t_bound:g}, {self.status}>"
 
+    args: Any = property(lambda self: self._run.problem.args)
+
+    def _take_args(self, args):
+        """Go on with other arguments, from the present time and state."""
+        if self._given is None:
+            raise AttributeError("`args` cannot be set within a `callback`: make a Stepper.")
+        if self.status != "running":
+            raise AttributeError(f"`args` cannot be set: this Stepper has {self.status}.")
+        args, run = validate.extra_arguments(args), self._run
+        if run.problem.schedules:
+            raise AttributeError(
+                "`args` cannot be set beside `at` and `every`, whose times count from the start: "
+                "give the inputs as `discrete` states."
+            )
+        h = min(abs(float(run.view("solve.state")["h"][0])), abs(self.t_bound - self.t))
+        y = run.view("solve.work")[Y].copy()
+        asked = self._asked._replace(t0=self.t, y0=as_components(run.problem, y), args=args)
+        if asked.options.get("breakpoints") is not None:
+            left = within(asked.options["breakpoints"], self.t, self.t_bound)
+            asked = asked.with_options(breakpoints=left)
+        if self._method.error_order and h > 0:
+            asked = asked.with_options(first_step=h)
+        problem = validate.problem(asked, self._method, run.problem.mode)
+        counts = {field.name: getattr(self, field.name) for field in COUNTS}
+        first, given = self._given
+        new = or_in_python(lambda: _begun(problem))
+        own = vars(self)
+        own["_run"], own["_sol"], own["_before"] = new, None, counts
+        own["_given"] = (first[0], self.t, self.y.copy(), first[3]), {**given, "args": args}
+        if self._watches:
+            self._take_over(new.step(0))
+
     def __setattr__(self, name, value):
+        if name == "args":
+            self._take_args(value)
+            return
         if name in STATE:
             raise AttributeError(
                 f"`{name}` of a Stepper cannot be set: begin anew, Stepper(fun, stepper.t, y, "
@@ -206,7 +248,9 @@ class Stepper(OdeSolver):
             raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
         memory = self._run.memory
         counts = Counted(*counters(memory), *n_factorised(memory))
-        return field.of_counts(self._run.problem.method, counts)
+        found = field.of_counts(self._run.problem.method, counts)
+        before = (self._before or {}).get(name)
+        return found if before is None or found is None else found + before
 
     def interpolate(self, t):
         """The state at a time of the last step, shape (n,), or (n, k) at k times."""

@@ -79,7 +79,7 @@ TABLE = {
         ("linearise", {"y": [1.0, 0.0]}, [
             ({"y": "x"}, "`y` must be numbers; got the text 'x'"),
             ({"y": [[1.0]]}, "It has shape (1, 1)"), ({"y": None}, "`y` is missing: only a system"),
-            ({"rtol": 1e-6}, "The call is linearise(fun, y, args, t)."),
+            ({"rtol": 1e-6}, "The call is linearise(fun, y, args, t, inputs, outputs)."),
         ]),
         ("periodic_orbit", {"y0": [1.0, 0.0]}, [
             ({"y0": "x"}, "`y0` must be numbers"), ({"y0": None}, "`y0` is missing"),

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
 from ..equations import Derivatives, Equations, equations_of, state_of
+from .inputs import ports
 from .kinds import kind_of, not_differentiable, vanishing
 
 ROUNDING = 1e-13  # of the largest eigenvalue: real parts of modes below are given as 0
@@ -74,7 +76,7 @@ class Mode:
 @dataclasses.dataclass(frozen=True, repr=False)
 class Linearisation(Displayed):
     """
-    Equations linearised at a state: d(y - y0)/dt = rates + matrix (y - y0).
+    Equations linearised at a state: d(y - y0)/dt = rates + A (y - y0) + B (u - u0).
 
     Attributes
     ----------
@@ -98,6 +100,10 @@ class Linearisation(Displayed):
         differentiable there" on kinks and jumps.
     stable : bool or None
         None where the linear part does not decide.
+    inputs, outputs : tuple of str
+        The names of inputs u and outputs v; empty where none were asked for.
+    B, C, D : ndarray or None
+        Of v - v0 = C (y - y0) + D (u - u0); NaN on kinks and jumps. None without inputs.
     """
 
     equations: Equations
@@ -111,6 +117,51 @@ class Linearisation(Displayed):
     autonomous: bool
     kind: str
     stable: bool | None
+    inputs: tuple = ()
+    outputs: tuple = ()
+    B: Any = None
+    C: Any = None
+    D: Any = None
+
+    @property
+    def A(self):
+        """The `matrix`."""
+        return self.matrix
+
+    def _with_inputs(self):
+        if self.B is None:
+            raise ValueError('There are no inputs: name them, linearise(fun, y, inputs="force").')
+
+    def transfer(self, s):
+        """The transfer function C (s - A)^-1 B + D.
+
+        Parameters
+        ----------
+        s : array_like of complex, shape (...)
+            ``1j * omega`` for the response to sin(omega t).
+
+        Returns
+        -------
+        ndarray of complex, shape (n_outputs, n_inputs, ...)
+        """
+        self._with_inputs()
+        s = np.asarray(s, complex)
+        of_all = s[..., None, None] * np.eye(len(self.y)) - self.matrix
+        found = self.C @ np.linalg.solve(of_all, self.B + np.zeros((*s.shape, 1, 1))) + self.D
+        return np.moveaxis(found, (-2, -1), (0, 1))
+
+    def to_control(self) -> Any:
+        """The linear system as `control.StateSpace` of python-control, with its names.
+
+        Needs ``pip install ".[control]"``.
+        """
+        from fastdyn.plot.needed import needed
+
+        self._with_inputs()
+        states = [label.name for label in self.equations.labels(len(self.y))]
+        given = {"inputs": list(self.inputs), "outputs": list(self.outputs), "states": states}
+        state_space = needed("control", "`to_control` needs python-control").ss
+        return state_space(self.matrix, self.B, self.C, self.D, **_plain(given))
 
     @property
     def title(self):
@@ -135,7 +186,7 @@ class Linearisation(Displayed):
 
 
 @shown_when_wrong(t=kinds.number)
-def linearise(fun, y=None, args=(), t=0.0):
+def linearise(fun, y=None, args=(), t=0.0, inputs=None, outputs=None):
     """Linearise equations at a state.
 
     Parameters
@@ -148,6 +199,12 @@ def linearise(fun, y=None, args=(), t=0.0):
         Arguments of a function.
     t : float
         Time, for equations that depend on the time.
+    inputs : str, int, or list of these, optional
+        Arguments of the equations, by name or position, that are inputs: numbers, and arrays of
+        shape (m,).
+    outputs : str, int, list of these, callable, or dict of callable, optional
+        Components of the state, by name or number; or ``outputs(t, y, *args)``, one number or
+        several; or such functions by name. By default all components.
 
     Returns
     -------
@@ -172,7 +229,19 @@ def linearise(fun, y=None, args=(), t=0.0):
     """
     equations = equations_of(fun, args)
     y, t = state_of(equations, y, "y"), float(t)
-    return linearised(equations, equations.differentiated(t, y), t, y)
+    found = linearised(equations, equations.differentiated(t, y), t, y)
+    if inputs is None:
+        if outputs is not None:
+            raise ValueError("`outputs` are those of `inputs`: name arguments of `fun`.")
+        return found
+    return dataclasses.replace(found, **ports(equations, t, y, inputs, outputs)._asdict())
+
+
+def _plain(names):
+    """Names for python-control, which takes no brackets, dots and commas."""
+    return {
+        kind: [re.sub(r"[^\w ]+", "_", n).strip("_") for n in each] for kind, each in names.items()
+    }
 
 
 def linearised(equations, derivatives: Derivatives, t, y):

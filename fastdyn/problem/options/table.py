@@ -367,7 +367,7 @@ ALL_OPTIONS = (
         "with their number.  For all methods but Taylor, BDF and LSODA.",
         none,
         refused=_not(
-            "Stepper", "prepare", "solve_ensemble", "energy_drift", "second pass",
+            "Stepper", "solve_ensemble", "energy_drift", "second pass",
             "solve_second_order", "solve_separable",
             solve_phases="it is of one solve_ivp",
             solve_dae="`sensitivity` computes the derivatives along the solution",
