@@ -11,7 +11,7 @@ from typing import NoReturn
 from fastdyn import __version__
 from fastdyn.words.near import did_you_mean
 
-from . import beforehand, check, checks, commands, explore, export, find, run, sweep, why
+from . import beforehand, check, checks, commands, explore, export, find, page, run, sweep, why
 
 
 def main(arguments=None):
@@ -131,9 +131,13 @@ def _parser(systems):
     check.add_options(handed_in)
     handed_in.set_defaults(command=check.run)
 
-    page = _word(words, "explore", "a page with sliders, in the browser")
-    explore.add_options(page)
-    page.set_defaults(command=explore.run)
+    served = _word(words, "explore", "a page with sliders, in the browser")
+    explore.add_options(served)
+    served.set_defaults(command=explore.run)
+
+    one_file = _word(words, "page", "a system as one file for a browser, without Python")
+    page.add_options(one_file)
+    one_file.set_defaults(command=page.run)
 
     source = _word(words, "export", "equations of motion in C or in JavaScript")
     export.add_options(source)

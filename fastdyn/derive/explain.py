@@ -76,6 +76,19 @@ class Explanation:
             parts.append("</li>")
         return "\n".join([*parts, "</ol>"])
 
+    def mathml(self):
+        """HTML whose formulas are MathML, which browsers set without a library."""
+        parts = ["<ol>"]
+        for heading, step in self.steps:
+            parts.append(f"<li><b>{web.escape(heading)}</b>")
+            for one in step:
+                parts.append(f"<div>{web.escape(one.words)}</div>" if one.words else "")
+                sides = "<mo>=</mo>".join(map(self.formula.mathml, one.sides))
+                if sides:
+                    parts.append(f'<div class="formula"><math><mrow>{sides}</mrow></math></div>')
+            parts.append("</li>")
+        return "\n".join([*parts, "</ol>"])
+
     __str__ = __repr__ = text
     _repr_html_ = html
 

@@ -1,7 +1,10 @@
-"""Formulas as a lecturer writes them: x'' in text, dots in LaTeX, vectors by i, j and k."""
+"""Formulas as a lecturer writes them: x'' in text, dots in LaTeX and MathML, vectors by i, j, k."""
+
+from typing import Any
 
 import sympy as sp
 from sympy.printing.latex import LatexPrinter
+from sympy.printing.mathml import MathMLPresentationPrinter
 from sympy.printing.str import StrPrinter
 
 from fastdyn.words.letters import in_full
@@ -21,10 +24,12 @@ class Formulas:
     def __init__(self, motion):
         self._text: dict[sp.Basic, sp.Symbol] = {}
         self._latex: dict[sp.Basic, str] = {}
+        self._mathml: dict[sp.Basic, tuple] = {}
         for function, symbol in motion.plain.items():
             order = function.derivative_count if isinstance(function, sp.Derivative) else 0
             name = (function.expr if order else function).func.__name__
             self._text[symbol] = sp.Symbol(name + "'" * order)
+            self._mathml[symbol] = name, order
             letter = sp.latex(sp.Symbol(in_full(name)))
             if len(letter) > 1 and letter.isalpha():
                 letter = rf"\mathit{{{letter}}}"
@@ -45,6 +50,21 @@ class Formulas:
             return _vector([self.latex(one) for one in formula], units, r"{}\,{}")
         settings = {"symbol_names": self._latex, "full_prec": False}
         return _Latex(settings).doprint(sp.sympify(formula))
+
+    def mathml(self, formula):
+        """As `text`, as elements of MathML."""
+        if not isinstance(formula, sp.MatrixBase):
+            printer = _MathML({"symbol_names": self._mathml})
+            return printer.doprint(sp.sympify(formula))
+        terms = []
+        for one, unit in zip(formula.flat(), UNIT, strict=True):
+            if one == 0:
+                continue
+            text = "" if one == 1 else self.mathml(one)
+            if sp.sympify(one).is_Add:
+                text = f"<mrow><mo>(</mo>{text}<mo>)</mo></mrow>"
+            terms.append(f'{text}<mi mathvariant="bold">{unit}</mi>')
+        return f"<mrow>{'<mo>+</mo>'.join(terms)}</mrow>" if terms else "<mn>0</mn>"
 
 
 def _vector(components, units, together):
@@ -78,6 +98,24 @@ class _Latex(LatexPrinter):
     def _print_Symbol(self, expr, style="plain"):
         named = self._settings["symbol_names"]
         return named.get(expr) or super()._print_Symbol(sp.Symbol(in_full(expr.name)), style)
+
+
+class _MathML(MathMLPresentationPrinter):
+    """Names as `_Latex` has them, with one dot or two for rates."""
+
+    def _print_Symbol(self, sym, style="plain"):
+        name, order = self._settings["symbol_names"].get(sym, (sym.name, 0))
+        found: Any = super()._print_Symbol(sp.Symbol(in_full(name)), style)
+        if not order:
+            return found
+        letter = found.firstChild if found.nodeName == "msub" else found
+        dotted, dots = self.dom.createElement("mover"), self.dom.createElement("mo")
+        dots.appendChild(self.dom.createTextNode("˙¨"[order - 1]))
+        if letter is not found:
+            found.replaceChild(dotted, letter)
+        dotted.appendChild(letter)
+        dotted.appendChild(dots)
+        return found if letter is not found else dotted
 
 
 class _Text(StrPrinter):

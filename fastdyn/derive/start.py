@@ -165,6 +165,40 @@ class Start:
             )
         return state.tolist()
 
+    def parts(self, drivers):
+        """
+        What `state` computes, as functions of (t, state, *numbers) that can be traced.
+
+        Returns
+        -------
+        callable, list of (callable, int, list of bool, int)
+            The components before the constraints hold; for positions and velocities the residuals
+            with their Jacobian behind, their number, which components are free, the first of these.
+        """
+        found, residuals, n = [], self._residuals, len(self.names) // 2
+
+        def begin(t, state, *numbers):
+            return self._begin(*numbers)
+
+        def known(t, state, numbers):
+            given: dict[str, Any] = dict.fromkeys(self._senses, 1.0)
+            for driver, names in zip(drivers, self._gives, strict=True):
+                given |= dict(zip(names, driver(t, state), strict=True))
+            return [t, *numbers, *(given[name] for name in self._inputs), *state]
+
+        if residuals is not None:
+            sides = ((residuals._position, len(residuals.positions), 0),)
+            sides += ((residuals._velocity, len(residuals.held), n),)
+            for function, count, first in sides:
+
+                def part(t, state, *numbers, function=function):
+                    value, rows = function(*known(t, state, numbers))
+                    return np.concatenate([value, np.ravel(rows)])
+
+                if count:
+                    found.append((part, count, self._free[first : first + n].tolist(), first))
+        return begin, found
+
     def settled(self, t, state, numbers, drivers, free) -> Any:
         """The state on the constraints near a state, and the remaining residuals, by name."""
         if self._residuals is None:

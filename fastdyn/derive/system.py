@@ -80,6 +80,11 @@ class DerivedSystem(System):
         drivers = [getattr(self, one.name) for one in model.drivers]
         return tuple(self.derivation.start.state(numbers, drivers))
 
+    def settling(self):
+        """What `initial_state` computes, as functions: see `Start.parts`."""
+        drivers = [getattr(self, one.name) for one in self.derivation.model.drivers]
+        return self.derivation.start.parts(drivers)
+
     def mass_matrix(self):
         """The Hessian of the kinetic energy by the rates of the coordinates."""
         found = self.derivation

@@ -5,7 +5,7 @@ import math
 import panel as pn
 import param
 
-from .layout import WIDTH
+from .grid import WIDTH
 
 DIGITS = 10  # of a number that is shown
 

@@ -18,6 +18,7 @@ from . import export, layout
 from .exploration import Exploration, Way
 from .figures import Figures
 from .number import NumberSlider
+from .sliders import CONSTANT_STEPS, END, TOLERANCES
 
 PERIOD = 33  # milliseconds from one picture to the next
 LONGEST = 10.0  # seconds in which a run is shown
@@ -61,8 +62,8 @@ class Page:
         self.sliders = {one.name: self._slider(one) for one in self.exploration.sliders}
         self.choices = {name: self._choice(name) for name in self.exploration.choices}
         self.t_end = NumberSlider(
-            "end (s)", self.exploration.t_end, start=0.05 * self.exploration.t_end,
-            end=5.0 * self.exploration.t_end, step=0.05 * self.exploration.t_end,
+            "end (s)", self.exploration.t_end, start=END[0] * self.exploration.t_end,
+            end=END[1] * self.exploration.t_end, step=END[0] * self.exploration.t_end,
             say=self._say, positive=True, name="end",
         )  # fmt: skip
         self.project = pn.widgets.Checkbox(label="hold the constraints by projection")
@@ -111,11 +112,11 @@ class Page:
         which = " of the second" * n
         rtol = pn.widgets.DiscreteSlider(
             label=f"relative tolerance{which}", value=way.rtol, formatter="%.0e",
-            options=[10.0**-k for k in range(2, 14)],
+            options=TOLERANCES,
         )  # fmt: skip
         step = pn.widgets.DiscreteSlider(
             label=f"constant step{which} (s)", value=way.step, formatter="%g", visible=False,
-            options=[m * 10.0**-k for k in (4, 3, 2, 1) for m in (1.0, 2.0, 5.0)],
+            options=CONSTANT_STEPS,
         )  # fmt: skip
         rtol.visible = n == 0
         for widget in (method, rtol, step):

@@ -6,6 +6,9 @@ from typing import NamedTuple
 from fastdyn.words.letters import letters
 
 STEPS = 200  # approximate number of steps of a slider
+TOLERANCES = [10.0**-k for k in range(2, 14)]
+CONSTANT_STEPS = [m * 10.0**-k for k in (4, 3, 2, 1) for m in (1.0, 2.0, 5.0)]  # s
+END = 0.05, 5.0  # ends of the slider of the end of a run, and its step, the first of them
 SMALL, LARGE = 0.5, 8.0  # the range of a default below SMALL extends to LARGE
 
 
@@ -24,7 +27,8 @@ class Slider(NamedTuple):
     def title(self):
         """The text above the slider."""
         meaning = "" if self.meaning == self.name else f": {self.meaning}"
-        return f"{letters(self.name)} ({self.unit}){meaning}"
+        unit = f" ({self.unit})" if self.unit else ""
+        return f"{letters(self.name)}{unit}{meaning}"
 
 
 def slider(field, value):

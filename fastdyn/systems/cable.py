@@ -3,7 +3,7 @@
 # ruff: noqa: E741 - the course calls the length l
 import dataclasses
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -49,6 +49,7 @@ class Cable(System):
     source = "course 3.3.2, example 4, slack cable"
     states = PendulumXY.states
     t_end = 4.0
+    none_in: ClassVar = {"flight": ("tension",)}
 
     g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
     l: float = parameter(1.0, "m", "length of the cable", positive=True)
@@ -122,13 +123,9 @@ class Cable(System):
             raise ValueError("leave `project` out: the cable always projects onto its own circle.")
         given: dict[str, Any] = {"dense_output": True} | completed(self, method, options)
         t_span = span(self, t_span)
-        phases = {
-            "cable": Phase(self.rhs, slack, after_slack, {"project": self.project}),
-            "flight": Phase(self.falling, taut, after_flight),
-        }
         w = np.array(self.initial_state() if y0 is None else full_state(self, y0), dtype=float)
-        first, w = self._first_phase(w)
-        run = solve_phases(phases, first, t_span, w, method, args=self.args, **given)
+        first, w = self.first_phase(w)
+        run = solve_phases(self.phases(), first, t_span, w, method, args=self.args, **given)
         return CableResult(run, self.as_started(t_span[0], y0))
 
     @of_instance
@@ -136,7 +133,14 @@ class Cable(System):
         """Refused: a motion in phases is solved one by one."""
         raise ValueError("A cable that goes slack is solved one by one: call `solve` in a loop.")
 
-    def _first_phase(self, w):
+    def phases(self):
+        """The motion on the cable, and the flight: see `System.phases`."""
+        return {
+            "cable": Phase(self.rhs, slack, after_slack, {"project": self.project}),
+            "flight": Phase(self.falling, taut, after_flight),
+        }
+
+    def first_phase(self, w):
         """Name of the first phase and the state that it starts from."""
         x, y, vx, vy = w
         r = math.hypot(x, y)
@@ -213,5 +217,6 @@ class CableResult(SystemResult):
         found = super().quantities()
         slack = pendulums.in_flight(self.t, self.phases)
         slack[1:] &= np.diff(self.t) != 0.0  # a time that is there twice: its second is taut again
-        found["tension"] = np.where(slack, 0.0, np.maximum(found["tension"], 0.0))
+        for name in Cable.none_in["flight"]:
+            found[name] = np.where(slack, 0.0, np.maximum(found[name], 0.0))
         return found

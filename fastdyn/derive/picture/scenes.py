@@ -33,7 +33,7 @@ class Picture(BodyFacts):
         on = curves(self, t, np.asarray(y)) if self.guides else []
         ground = self._ground(placed, extent)
 
-        def scene(time, w):
+        def scene(time, w, args=args):
             found = self._scene(self.places(time, w, args), larger, extent, surfaces)
             found.lines.extend(tuple(curve(time, w).T) for curve in on)
             return found._replace(ground=ground)

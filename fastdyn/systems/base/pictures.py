@@ -65,6 +65,29 @@ class Pictures:
         return explore(self)
 
     @of_instance
+    def page(self, file=None) -> Any:
+        """
+        Write the system as one file for a browser, with sliders, which needs nothing else.
+
+        Parameters
+        ----------
+        file : path, optional
+            By default the name of the system with ``.html``.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        ValueError
+            If the equations have no form in JavaScript; the message names the line.
+        """
+        from fastdyn.pages import write  # pages are built on systems, and so imported late
+
+        return write(self, file)
+
+    @of_instance
     def animate(self, path=None, t_span: Any = None, **options) -> Any:
         """Solve, and show the motion; options as for `fastdyn.plot.animate.animate`."""
         return self.solve(t_span).animate(path, **options)

@@ -61,6 +61,8 @@ class System(Declared, Pictures):
         Residuals of the constraints, functions of ``(t, y, *parameters)``.
     choices : dict of str to dict
         For each field that is a function, the functions to choose from, by name.
+    none_in : dict of str to tuple of str
+        For a phase, the names of quantities that are zero in it, whatever their functions say.
     project : callable
         ``project(t, y, *parameters)`` moves a state to the nearest state on the constraints; only
         for systems with constraints.
@@ -84,6 +86,7 @@ class System(Declared, Pictures):
     derived: ClassVar[Mapping[str, str]] = {}
     constraints: ClassVar[Mapping[str, Callable]] = {}
     choices: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    none_in: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     project: ClassVar[Callable]
 
     def __init_subclass__(cls, **options):
@@ -108,6 +111,10 @@ class System(Declared, Pictures):
     def breakpoints(self):
         """Times at which steps must end, ndarray, or None."""
         return None
+
+    def phases(self) -> dict[str, Any]:
+        """The phases of the motion by name, `fastdyn.solve.phases.Phase`; empty for one motion."""
+        return {}
 
     def mass_matrix(self) -> Callable | None:
         """``mass(t, y, *parameters)``, the m² numbers of the mass matrix; None for no such form."""
