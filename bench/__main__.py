@@ -26,6 +26,7 @@ from .groups import (
     many_daes,
     memory,
     noise,
+    pages,
     planets,
     same_steps,
     scaling,
@@ -66,6 +67,7 @@ GROUPS = {
     "which_method": which_method,
     "corpus": corpus,
     "derive": derive,
+    "pages": pages,
 }
 
 

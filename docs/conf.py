@@ -6,6 +6,7 @@ import runpy
 import shutil
 
 import fastdyn
+from fastdyn.pages import site
 from fastdyn.problem.options.table import ALL_OPTIONS
 
 project = "fastdyn"
@@ -28,7 +29,7 @@ if os.environ.get("FASTDYN_INTERSPHINX") == "on":  # links to other documentatio
         "scipy": ("https://docs.scipy.org/doc/scipy", None),
     }
 source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
-exclude_patterns = ["conf.py"]
+exclude_patterns = ["conf.py", "pages"]
 autosummary_generate = False
 default_role = "code"  # `name` in docstrings
 smartquotes = False
@@ -53,6 +54,9 @@ autodoc_typehints = "none"
 autodoc_preserve_defaults = True
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
+
+site.build(HERE / "pages" / "try")  # all systems, live
+html_extra_path = ["pages"]
 
 html_sidebars = {"index": [], "benchmarks": [], "six_tasks": []}
 html_theme = "pydata_sphinx_theme"

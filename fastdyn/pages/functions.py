@@ -12,6 +12,7 @@ from fastdyn.systems.base.export import of_arguments, of_instance
 from fastdyn.trace.emit.source.files import javascript
 from fastdyn.trace.emit.source.functions import Exported, NotExported
 from fastdyn.trace.graph.expressions import live
+from fastdyn.words.letters import letters
 
 MOVED = 1.05  # a number by which a parameter is moved, to see whether shapes follow
 SEEN = 1e-3  # of the size of a picture: less is not seen
@@ -154,9 +155,8 @@ class Functions:
                 self._leave_out(reason)
                 known.append("null")
             if first:
-                self.values.append({
-                    "name": name, "label": function.label, "unit": function.unit, "group": group,
-                })  # fmt: skip
+                about = {"name": name, "unit": function.unit, "group": group}
+                self.values.append(about | {"label": _label(function.label)})
         parts.members.append(f"values: [{', '.join(known)}]")
         events = [parts.source(n, parts.of(e, None, n)) for n, e in make.events.items()]
         parts.members.append(f"events: [{', '.join(events)}]")
@@ -298,6 +298,11 @@ def _still(system, run, stage):
         if here.shape != right.shape or np.abs(here - right).max() > SEEN * np.ptp(right):
             found.append(field.name)
     return found
+
+
+def _label(text):
+    """A label whose words are letters, where they are names: "reaction λ_gap"."""
+    return " ".join(letters(word) if "_" in word else word for word in text.split(" "))
 
 
 def _told(system, name):

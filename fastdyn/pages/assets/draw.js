@@ -16,7 +16,8 @@ class Plot {
     const axis = (k) => ({
       stroke: INK, grid: { stroke: FAINT, width: 1 }, ticks: { stroke: FAINT, width: 1 },
       font: "12px system-ui, sans-serif", labelFont: "13px system-ui, sans-serif",
-      size: k ? 64 : 34, labelSize: 20, label: () => this.labels[k], labelGap: 0,
+      size: k ? (u, ticks) => 14 + 7.5 * Math.max(3, ...(ticks || []).map((one) => one.length)) : 34,
+      labelSize: 20, label: () => this.labels[k], labelGap: 0,
       values: (u, ticks) => ticks.map((x) => shown(x, 6)),
     });
     this.u = new uPlot({
@@ -26,11 +27,13 @@ class Plot {
       scales: { x: { time: false, range: () => this.range.x }, y: { range: () => this.range.y } },
       axes: [axis(0), axis(1)],
       series: [{}, { paths: (u) => this.draw(u) }],
+      hooks: { draw: [() => this.placeHandle()] },
     }, [[0, 1], [0, 1]], place);
     new ResizeObserver(() => {
       const width = place.clientWidth;
-      if (width > 0 && width !== this.u.width) this.u.setSize({ width, height: this.height });
-      this.placeHandle();
+      if (width === 0 || width === this.u.width) return;
+      this.u.setSize({ width, height: this.height });
+      if (this.equal) requestAnimationFrame(() => this.sameScale());
     }).observe(place);
   }
 
@@ -40,7 +43,6 @@ class Plot {
     this.range = { x: curves.some((one) => one.whole) ? x : padded(x), y: padded(y) };
     this.u.setData([this.range.x, this.range.y], true);
     if (equal) this.sameScale();
-    this.placeHandle();
   }
 
   sameScale() {
@@ -91,8 +93,8 @@ class Plot {
     }, (begins) => { this.held = begins ? { x: [...this.range.x], y: [...this.range.y] } : null; });
   }
 
-  placeHandle(at = this.at) {
-    this.at = at;
+  placeHandle() {
+    const { at } = this; // the place of the handle
     if (!this.handle || !at) return;
     const { clientWidth: w, clientHeight: h } = this.u.over, { x, y } = this.range;
     this.handle.style.left = `${w * (at[0] - x[0]) / (x[1] - x[0])}px`;

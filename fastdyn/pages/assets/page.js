@@ -1,6 +1,6 @@
 // The page: sliders, methods, motion, curves and numbers of one system.
 const LONGEST = 10; // seconds in which a run is shown
-const POINTS = 800; // least number of points of a curve
+const POINTS = 2000; // least number of points of a curve
 const MOST_STEPS = 100000;
 const SCENES = 60; // from which the frame of the motion is found
 const NONE = "none";
@@ -136,11 +136,11 @@ function drawCurves() {
     marks.map((one) => ({ x: one.t, y: one.y[component], colour: one.colour })),
     ["t (s)", name(component)]);
   if (plots.phase) {
+    const y0 = runs.length ? runs[0].y[0] : start();
+    plots.phase.at = [y0[across], y0[upwards]];
     plots.phase.show(runs.map((run) => curve(run, run.curve.y[across], run.curve.y[upwards])),
       marks.map((one) => ({ x: one.y[across], y: one.y[upwards], colour: one.colour })),
       [name(across), name(upwards)], states[across].unit === states[upwards].unit);
-    const y0 = runs.length ? runs[0].y[0] : start();
-    plots.phase.placeHandle([y0[across], y0[upwards]]);
   }
   if (plots.kept) {
     const found = runs.map((run) => change(run, state.kept));
@@ -158,7 +158,7 @@ function drawCurves() {
         run, about.name);
     });
     plots.value.show(runs.map((run, k) => curve(run, run.curve.t, values[k], true)), [],
-      ["t (s)", `${about.label}${about.unit ? ` (${about.unit})` : ""}`]);
+      ["t (s)", about.unit || "value"]);
   }
 }
 
@@ -312,7 +312,7 @@ function tell() {
   if (kept) body.push(row(`largest change of ${kept.label}`, runs.map((run) => shown(run.drift, 2))));
   DATA.events.forEach((one, i) => {
     if (state.events.has(one.name)) {
-      body.push(row(one.name, runs.map(({ found }) => times(found[i].map(({ t }) => t)))));
+      body.push(row(`${words(one.name)} at t =`, runs.map(({ found }) => times(found[i].map(({ t }) => t)))));
     }
   });
   const answers = DATA.derived.map((one, k) => {
@@ -321,6 +321,7 @@ function tell() {
     return row(words(one.name), [told === "–" ? told : `${told} ${one.unit}`]);
   });
   byId("numbers").replaceChildren(made("thead", {}, head), made("tbody", {}, ...body, ...answers));
+  DATA.sliders.forEach((one, i) => { if (one.initial) sliders[i].dim(state.y0 !== null); });
   runs.forEach((run) => {
     const place = document.querySelectorAll(".way .drift")[state.ways.indexOf(run.way)];
     place.textContent = kept ? `${kept.label} changes by ${shown(run.drift, 2)}` : `${run.accepted} steps`;
@@ -383,7 +384,10 @@ function slider(about, value, moved) {
     if (x !== null) take(x, text);
   });
   return { root, set: (x) => { range.value = String(x); text.value = String(x); },
-    off: (is) => { root.classList.toggle("off", is); range.disabled = text.disabled = is; } };
+    dim: (is) => {
+      root.classList.toggle("off", is);
+      root.title = is ? "The start was dragged: a move of this slider, or Reset, ends that." : "";
+    } };
 }
 
 function select(names, value, chosen, title) {
@@ -405,7 +409,10 @@ function buildSide() {
   DATA.sliders.forEach((about, i) => {
     const one = slider(about, state.p[i], (x) => {
       state.p[i] = x;
-      if (about.initial) state.y0 = null;
+      if (about.initial && state.y0) {
+        state.y0 = null;
+        rewind();
+      }
     });
     sliders.push(one);
     side.append(one.root);
@@ -418,7 +425,7 @@ function buildSide() {
 function buildWays() {
   const known = DATA.methods.map((name) => [name, name]);
   state.ways.forEach((way, k) => {
-    const method = select(k ? [[NONE, "no second method"], ...known] : known, way.method,
+    const method = select(k ? [[NONE, "none"], ...known] : known, way.method,
       (name) => { way.method = name; show(); }, k ? "second method" : "method");
     const about = made("span", {}), accuracy = made("input", { type: "range", step: 1 });
     const drift = made("span", { className: "drift" });
@@ -447,7 +454,7 @@ function buildWays() {
     });
     const colour = DATA.colours.ways[k];
     byId("ways").append(made("fieldset", { className: "way", style: `border-left-color:${colour}` },
-      made("legend", { textContent: k ? "second method - -" : "method —", style: `color:${colour}` }),
+      made("legend", { textContent: k ? "second (dashed)" : "method", style: `color:${colour}` }),
       method, made("label", {}, about, accuracy), drift));
     accuracy.style.accentColor = colour;
     drift.style.color = colour;
