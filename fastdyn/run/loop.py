@@ -138,7 +138,12 @@ class Run(LaidOut):
         self.compared = Compared(self)
 
     def n_first(self):
-        """The most steps of the first chunk."""
+        """The most steps of the first chunk.
+
+        Equations in Python are interrupted within a step: their chunks may be long.
+        """
+        if self._own.function is None and not self.watched:
+            return int(min(FIRST_LOOK, self.problem.max_steps))
         return int(min(CHUNK_SECONDS / self.cost, FIRST_LOOK, self.problem.max_steps))
 
     def solve(self, y0, begun=None):

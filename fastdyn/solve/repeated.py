@@ -4,6 +4,7 @@ State, span, times of output, arguments, closure and outside values may change f
 """
 
 import functools
+import math
 import types as python
 from typing import Any
 
@@ -105,12 +106,12 @@ def _listed(events):
 
 def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, options, *derivatives):
     """The key of a call: its functions' code, lengths, and options."""
-    return (
+    kind = (
         fun.__class__, id(fun.__code__ if fun.__class__ is FUNCTION else _code(fun)), len(y0),
         method, None if t_eval is None else len(t_eval), dense_output, vectorized, len(args),
-        others and tuple([id(_code(event)) for event in others]), *derivatives, *options,
-        *options.values(),
+        others and tuple([id(_code(event)) for event in others]), *derivatives,
     )  # fmt: skip
+    return (*kind, *options, *options.values()) if options else kind
 
 
 def _hashable(kind):
@@ -138,7 +139,7 @@ def may_come_again(problem, options):
     """Whether a ready run takes other spans and times of a problem with these options."""
     p, times = problem, problem.t_eval
     known = [OPTIONS[name] for name in options if name in OPTIONS]
-    if len(known) < len(options) or not np.isfinite(p.tf):
+    if len(known) < len(options) or not math.isfinite(p.tf):
         return False
     if not all(option.in_key and option.methods(p.method) for option in known):
         return False
@@ -148,8 +149,11 @@ def may_come_again(problem, options):
         return False
     if len(p.segments) == 1 and np.size(options["breakpoints"]):  # none is within: a warning
         return False
-    plain = p.rtol.__class__ is float  # an rtol that is raised is an array
-    return plain and (not p.method.error_order or bool(np.all(p.atol > 0)))
+    if p.rtol.__class__ is not float:  # an rtol that is raised is an array
+        return False
+    if not p.method.error_order or p.atol.__class__ is float:
+        return not p.method.error_order or p.atol > 0
+    return bool(np.all(p.atol > 0))
 
 
 class Repeated(Solver):

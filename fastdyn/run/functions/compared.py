@@ -68,8 +68,11 @@ class Compared:
         place = of, when, run.problem.method.name, *[
             (codes(*b.keepalive[:2]), b.function.key) for b in functions
         ]  # fmt: skip
-        notes = functions[0].function.notes if functions else {}
-        past = notes.setdefault(("compared", place), Schedule(when, len(self.deciding)))
+        if functions:
+            notes, known = functions[0].function.notes, ("compared", place)
+            past = notes.setdefault(known, Schedule(when, len(self.deciding)))
+        else:  # all functions run in Python
+            past = Schedule("never")
         self._past, self.left, self.sides = past, past.left, past.sides
         self.most_places = max(2, min(PLACES, MOST_NUMBERS // max(run.plan.n, 1) // 2 * 2))
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.compile.python_callback import DOUBLES
+from fastdyn.compile.python_callback import numbers_at
 from fastdyn.kernels.calls.block import RAISED_WORD
 
 POINTER = ctypes.c_void_p
@@ -62,7 +62,7 @@ class SparseSolver:
         return [ctypes.cast(routine, POINTER).value for routine in self._routines]
 
     def _numbers(self, address, count) -> Any:
-        return np.ctypeslib.as_array(ctypes.cast(address, DOUBLES), (count,))
+        return numbers_at(address, count)
 
     def _factors(self, jacobian, given, anew=False):
         """The factors for the numbers at `given`; None for a singular matrix."""
