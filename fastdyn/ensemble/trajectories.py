@@ -8,7 +8,7 @@ import numpy as np
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.plot.displayed import display
 from fastdyn.problem.schedules import in_order
-from fastdyn.run.result import COUNTS, FIELDS, Counted, OdeResult, counted
+from fastdyn.run.result import COUNTS, FIELDS, Counted, counted, made
 from fastdyn.words.kinds import noted
 from fastdyn.words.near import did_you_mean
 
@@ -255,12 +255,11 @@ class Trajectories:
         uncounted = None if self._problem.method.n_matrices else 0
         n_accepted, n_rejected, n_extra = self._results.counts[i, :3].tolist()
         counts = Counted(n_accepted, n_rejected, n_extra, uncounted, uncounted)
-        return OdeResult(
-            dict.fromkeys(FIELDS),
-            t=t, y=y, t_events=self.t_events and [times[i] for times in self.t_events],
+        return made(
+            self._problem.method, counts, t=t, y=y,
+            t_events=self.t_events and [times[i] for times in self.t_events],
             y_events=self.y_events and [states[i] for states in self.y_events],
-            status=int(self.status[i]), message=self.message(i), success=bool(self.success[i]),
-            **counted(self._problem.method, counts),
+            status=int(self.status[i]), message=self.message(i),
         )  # fmt: skip
 
     def _repr_html_(self):

@@ -16,7 +16,7 @@ from fastdyn.problem.step_options import fixed_step
 from fastdyn.run.checkpoint import Checkpoint, fill
 from fastdyn.run.loop import counters, next_chunk, progress_bar
 from fastdyn.run.outcome import SUCCESS, outcome
-from fastdyn.run.result import Counted, OdeResult, counted
+from fastdyn.run.result import Counted, made
 from fastdyn.specialise.scalar import wisdom_holman_kernel
 from fastdyn.words import kinds
 
@@ -165,12 +165,10 @@ def solve(planets, t_span, step, t_eval, corrector, checkpoint, progress):
             bar.close()
     steps.tell()
     n = int(found.filled[0])
-    return OdeResult(
-        t=t_eval[:n].copy(), y=found.y[:n].T.copy(), sol=None, t_events=None, y_events=None,
-        **counted(steps.method, Counted(*counters(steps.state), 0, 0)),
-        status=0 if status == FINISHED else -1,
+    return made(
+        steps.method, Counted(*counters(steps.state), 0, 0),
+        t=t_eval[:n].copy(), y=found.y[:n].T.copy(), status=0 if status == FINISHED else -1,
         message=SUCCESS if status == FINISHED else steps.message(status),
-        success=status == FINISHED,
     )  # fmt: skip
 
 

@@ -114,6 +114,17 @@ FIELDS = {field.name: field for field in ALL_FIELDS if not field.only}  # of eac
 COUNTS = [field for field in FIELDS.values() if field.of_counts is not None]
 
 
+def made(method, counts, **parts) -> Any:
+    """The OdeResult with all FIELDS: from `parts`, from `counts`, which is a Counted, or None.
+
+    `success` follows from `status`.
+    """
+    found = OdeResult(dict.fromkeys(FIELDS))
+    found.update(counted(method, counts))
+    found.update(parts, success=parts["status"] >= 0)
+    return found
+
+
 def counted(method, counts):
     """The fields that follow from a Counted, by name; None for what is not counted."""
     return {field.name: field.of_counts(method, counts) for field in COUNTS if field.of_counts}

@@ -10,6 +10,7 @@ import pytest
 import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.run.result import ALL_FIELDS, COUNTS, FIELDS, OdeResult
+from fastdyn.solve import solve_second_order
 from fastdyn.solve.stepper import Stepper
 from support.edited import run_edited
 
@@ -37,6 +38,22 @@ def phases():
     return fastdyn.solve_phases({"one": end}, "one", (0, 2), [1.0])
 
 
+def hanging(t, y, yp):
+    """A pendulum in x and z, of index 3."""
+    x, z, u, v, force = y
+    return [yp[0] - u, yp[1] - v, yp[2] + force * x, yp[3] + force * z + 9.81, x**2 + z**2 - 1]
+
+
+def implicit_decay(t, y, yp):
+    return [yp[0] + y[0]]
+
+
+def planets():
+    two = fastdyn.planets.Planets([1.0, 1e-3], [[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 1, 0]])
+    return two.solve((0, 1), step=0.1)
+
+
+AT_REST = [0.6, -0.8, 0.0, 0.0, 0.0]
 WAYS = {
     "once": lambda: solve_ivp(decay, *START),
     "again": lambda: again_and_again(lambda: solve_ivp(decay, *START)),
@@ -51,7 +68,15 @@ WAYS = {
     "prepared": lambda: again_and_again(fastdyn.prepare(decay, *START)),
     "phases": phases,
     "ensemble": lambda: fastdyn.solve_ensemble(decay, (0, 1), [[1.0], [2.0]])[1],
-    "dae": lambda: fastdyn.solve_dae(lambda t, y, yp: [yp[0] + y[0]], *START, [-1.0]),
+    "ensemble with events": lambda: fastdyn.solve_ensemble(
+        decay, (0, 1), [[1.0], [2.0]], t_eval=[0.5, 1.0], events=crossing
+    )[1],
+    "second order": lambda: solve_second_order(lambda t, q: -q, (0, 1), [1.0], [0.0], step=0.1),
+    "planets": planets,
+    "dae": lambda: fastdyn.solve_dae(implicit_decay, *START, [-1.0]),
+    "dae of index 3": lambda: fastdyn.solve_dae(hanging, (0, 0.5), AT_REST),
+    "dae without time": lambda: fastdyn.solve_dae(hanging, (0, 0), AT_REST),
+    "dae ensemble": lambda: fastdyn.solve_dae_ensemble(implicit_decay, (0, 1), [[1.0], [2.0]])[1],
 }
 
 
@@ -64,8 +89,14 @@ def test_a_result_has_all_fields_in_their_order(way):
         "yp",
         "index",
         "yp_events",
+        "states",
+        "differentiated",
     }
+    uncounted = {"njev", "nlu"} if way == "dae ensemble" else set()
     for field in COUNTS:
+        if field.name in uncounted:
+            assert result[field.name] is None
+            continue
         assert result[field.name].__class__ is int and result[field.name] >= 0, field.name
     assert isinstance(result, OdeResult)
     for other in (pickle.loads(pickle.dumps(result)), copy.copy(result), OdeResult(result)):
@@ -134,6 +165,14 @@ stepper.step()
 assert expected(stepper)
 phase = fastdyn.Phase(decay, crossing, lambda t, y: ("one", y + 1.0))
 assert expected(fastdyn.solve_phases({"one": phase}, "one", (0, 2), [1.0]))
+two = fastdyn.planets.Planets([1.0, 1e-3], [[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 1, 0]])
+assert expected(two.solve((0, 1), step=0.1))
+
+def hanging(t, y, yp):
+    x, z, u, v, force = y
+    return [yp[0] - u, yp[1] - v, yp[2] + force * x, yp[3] + force * z + 9.81, x**2 + z**2 - 1]
+
+assert expected(fastdyn.solve_dae(hanging, (0, 0.5), [0.6, -0.8, 0.0, 0.0, 0.0]))
 assert "n_tried : int\\n    Number of steps, accepted or not.\\n" in fastdyn.OdeResult.__doc__
 assert "`n_tried`" in fastdyn.solve_ivp.__doc__
 print("as told")

@@ -14,7 +14,7 @@ from fastdyn.problem.schedules import listed
 from fastdyn.run.functions.bound import bind_functions
 from fastdyn.run.loop import Run
 from fastdyn.run.outcome import result_of
-from fastdyn.run.result import COUNTS, OdeResult
+from fastdyn.run.result import Counted, OdeResult, made
 from fastdyn.run.solve_problem import load_kernels, solve_problem
 from fastdyn.specialise.series import NoSeries
 
@@ -157,9 +157,10 @@ def _of_no_time(problem):
     n = len(problem.y0)
     events = problem.events is not None
     none = [np.empty(0)] * (len(problem.events or ()) + len(problem.schedules)) if events else None
-    return OdeResult(
-        t=np.array([problem.t0]), y=problem.y0.reshape(n, 1), sol=None, t_events=none,
-        y_events=none, status=0, message="The span has no length.", success=True,
+    return made(
+        problem.method, Counted(0, 0, 0, 0, 0), t=np.array([problem.t0]),
+        y=problem.y0.reshape(n, 1), t_events=none, y_events=none, status=0,
+        message="The span has no length.",
     )  # fmt: skip
 
 
@@ -184,11 +185,10 @@ def _result(reduction, given, found, last, log):
         times.append(at[here])
         x = np.reshape(x, (len(at), len(system.states)))[here].T
         states.append(components(system, at[here], x, project=True).T)
-    return OdeResult(
-        t=t, y=y, yp=yp, sol=sol if given.dense_output else None,
-        t_events=None if found.t_events is None else times,
-        y_events=None if found.t_events is None else states,
-        status=found.status, message=found.message, success=found.status >= 0,
-        index=reduction.index, differentiated=reduction.differentiated, states=log,
-        **{field.name: found.get(field.name, 0) for field in COUNTS},
-    )  # fmt: skip
+    result = OdeResult(found)
+    result.t, result.y, result.sol = t, y, sol if given.dense_output else None
+    if found.t_events is not None:
+        result.t_events, result.y_events = times, states
+    result["yp"], result["index"], result["states"] = yp, reduction.index, log
+    result["differentiated"] = reduction.differentiated
+    return result
