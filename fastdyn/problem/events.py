@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable, Iterable
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from fastdyn.words.near import near_names, plain
 
 SCIPYS = ("terminal", "direction")  # attributes of an event in SciPy
 ATTRIBUTES = (*SCIPYS, "wait")
+NOTHING_ASKED = (None,) * len(ATTRIBUTES)
 OTHER_ATTRIBUTES = {  # words of MATLAB and others
     "isterminal": "terminal", "terminate": "terminal", "terminates": "terminal", "stop": "terminal",
     "final": "terminal", "dir": "direction", "sign": "direction", "debounce": "wait",
@@ -100,6 +102,8 @@ def asked_of(event):
     """The attributes of a user's event function, as `Event.asked`."""
     if event.__class__ is Event:
         return event.asked
+    if event.__class__ is FunctionType and not event.__dict__:  # in a fifth of the time
+        return NOTHING_ASKED
     return tuple([getattr(event, name, None) for name in ATTRIBUTES])
 
 

@@ -74,7 +74,7 @@ OF_JUMPS = (
     "`breakpoints=`. If the equations switch to and fro about a limit there, give an event that "
     "resets the state, or hysteresis."
 )
-FLOAT = np.dtype(float)
+FLOAT, EMPTY = np.dtype(float), np.empty(0)
 # Fields that `results` writes without their formulas, which take 0.1 us each.
 WRITTEN_OUT = {"nfev", "njev", "nlu", "n_accepted", "n_rejected"}
 MOST_COPIES = 64  # numbers of points whose slices are kept, of some 500 bytes each
@@ -271,30 +271,34 @@ def _more(problem, plan):
     rows, every = plan.arrays["output.d"][3][1], range(plan.n_events)
     counts = plan.counts("n_dense", "n_events")
 
+    is_complex, dense, watched = p.mode.complex_numbers, p.dense_output, p.events is not None
+    cut = p.nonnegative is not None
+
     def more(found, memory, grown, t, y):
         n_dense, n_events = counts(memory)
         if dtype is not None:
             t = t.astype(dtype, copy=False)
-        if p.mode.complex_numbers:
+        if is_complex:
             y = as_components(p, y.T).T
-        if p.dense_output:
+        if dense:
             if grown is not None:
                 d, spans = grown.polynomials()
             else:
                 d = memory[d_begin : d_begin + n_dense * rows * n].reshape(n_dense, rows, n)
                 spans = memory[spans_begin : spans_begin + 2 * n_dense].reshape(n_dense, 2)
             found["sol"] = _solution(p, t, d, spans)
-        if p.events is not None:
+        if watched:
             if grown is not None:
                 times, states = occurrences_of(p, *grown.found_so_far())
             elif n_events:
                 took_place = [view(memory, name)[:n_events] for name in OCCURRENCES]
                 times, states = occurrences_of(p, *took_place)
             else:
-                times, states = [np.empty(0) for _ in every], [np.empty(0) for _ in every]
+                times = [EMPTY.copy() for _ in every]
+                states = [EMPTY.copy() for _ in every]
             found["t_events"] = times
             found["y_events"] = states
-        if p.nonnegative is not None:
+        if cut:
             warn_of_cut(view(memory, "solve.state")["cut"][0])
         return t, y
 

@@ -40,6 +40,8 @@ def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, ar
         options = dict(options)
         sensitivity = options.pop("sensitivity", None)
         adjoint = options.pop("adjoint", None)
+        if sensitivity.__class__ is list:  # as `_hashable` does, which comes after an exception
+            sensitivity = (list, *sensitivity)
     try:
         others = () if events is None else _listed(events)
         kind = _kind(

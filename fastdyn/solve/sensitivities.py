@@ -161,7 +161,10 @@ def parted(whole, n, directions, parts=1):
     The state has `parts` of n components: see `problem.sensitivities.joined`.
     """
     result, states, k = OdeResult(whole), whole["y"], len(whole["t"])
-    if k:
+    if k and parts == 1:
+        result["y"] = states[:n]
+        columns = states[n:].reshape(n, -1, k)
+    elif k:
         each = states.reshape(parts, -1, k)
         result["y"] = each[:, :n].reshape(parts * n, k)
         columns = each[:, n:].reshape(parts * n, -1, k)
