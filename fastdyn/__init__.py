@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from fastdyn.ensemble.solve import solve_ensemble
     from fastdyn.fitting import Fit, Free, Record, fit
     from fastdyn.integrate import odeint
+    from fastdyn.integrate.classes import complex_ode, ode
     from fastdyn.noise import solve_langevin, solve_sde
     from fastdyn.solve.boundary.solve import solve_bvp
     from fastdyn.solve.phases import Phase, solve_phases
@@ -43,6 +44,8 @@ _LAZY = {  # name: module, imported when the name is first asked for
     "Stepper": "fastdyn.solve.stepper",
     "energy_drift": "fastdyn.drift.energy",
     "fit": "fastdyn.fitting",
+    "complex_ode": "fastdyn.integrate",
+    "ode": "fastdyn.integrate",
     "odeint": "fastdyn.integrate",
     "prepare": "fastdyn.solve.prepare",
     "solve_bvp": "fastdyn.solve.boundary.solve",
@@ -72,7 +75,8 @@ _MOVED = {  # deprecated since 0.1.0: name: the folder that has the name now
 __all__ = [
     "METHODS", "CompileWarning", "Fit", "Free", "OdeResult", "OdeSolution", "Phase", "Record",
     "SingularMatrixError", "Stepper", "StiffnessWarning", "SwitchingWarning", "__version__",
-    "analysis", "at", "constrained", "energy_drift", "every", "fit", "odeint", "prepare",
+    "analysis", "at", "complex_ode", "constrained", "energy_drift", "every", "fit", "ode", "odeint",
+    "prepare",
     "solve_bvp", "solve_dae", "solve_dae_ensemble", "solve_ensemble", "solve_ivp", "solve_langevin",
     "solve_linear", "solve_phases", "solve_sde", "systems",
 ]  # fmt: skip

@@ -10,8 +10,14 @@ from fastdyn.solve.ivp import solve_ivp
 
 from .odeint import odeint
 
-_LAZY = {"solve_bvp": "fastdyn.solve.boundary.solve"}
-__all__ = ["OdeSolution", "odeint", "solve_bvp", "solve_ivp"]  # pyright: ignore
+_LAZY = {
+    "complex_ode": "fastdyn.integrate.classes",
+    "ode": "fastdyn.integrate.classes",
+    "solve_bvp": "fastdyn.solve.boundary.solve",
+}
+__all__ = [  # pyright: ignore
+    "OdeSolution", "complex_ode", "ode", "odeint", "solve_bvp", "solve_ivp",
+]  # fmt: skip
 
 
 def __getattr__(name):

@@ -44,7 +44,7 @@ STATE = np.dtype(
         ("h_least", "f8"),  # shortest step
         ("lband", "i8"),  # diagonals of the Jacobian below the main diagonal, and above; -1: all
         ("uband", "i8"),
-        ("highest_adams", "i8"),  # highest order of each family
+        ("highest_adams", "i8"),  # highest order of each family; 0: the family is not taken
         ("highest_bdf", "i8"),
         ("passes_end", "i8"),  # whether steps may pass t_end, as odeint's, up to t_limit
         ("t_limit", "f8"),  # infinite, of either sign: no limit

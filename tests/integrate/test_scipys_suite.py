@@ -1,4 +1,4 @@
-"""SciPy's own tests of odeint, read from the installed SciPy, run against ours."""
+"""SciPy's own tests of odeint and ode, read from the installed SciPy, run against ours."""
 
 import inspect
 import pathlib
@@ -10,8 +10,12 @@ import scipy.integrate.tests as suite
 from fastdyn import integrate
 
 FOLDER = pathlib.Path(suite.__file__).parent
-FILES = [FOLDER / "test_integrate.py", FOLDER / "test_odeint_jac.py"]  # the second until SciPy 1.16
-NAMES = ("odeint",)
+FILES = [
+    FOLDER / "test_integrate.py",
+    FOLDER / "test_banded_ode_solvers.py",
+    FOLDER / "test_odeint_jac.py",  # until SciPy 1.16
+]
+NAMES = "odeint", "ode", "complex_ode"
 
 
 def _module(path):

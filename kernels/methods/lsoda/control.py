@@ -117,6 +117,8 @@ def next_family(s, work, error, predicted):
     """
     family = 1 - s.stiff
     order = min(s.order, highest(s, family))
+    if order == 0:  # the user wants the present family alone
+        return 0.0
     of_order = s, work, error, order
     factor = _to_bdf(*of_order, predicted) if s.stiff == 0 else _to_adams(*of_order, predicted)
     if factor > 0.0:

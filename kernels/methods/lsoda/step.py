@@ -74,10 +74,11 @@ def _begin(state, work, block):
     """Begin with Adams' formula of order 1; RUNNING or a failure."""
     s = state[0]
     if s.t != s.t_old:  # behind a breakpoint
-        s.h, s.stiff = s.h_first, 0
+        s.h = s.h_first
         status = first_step.lsoda(state, work, block, 1, SLOPE - K)
         if status != RUNNING:
             return status
+    s.stiff = int(s.highest_adams == 0)  # if the user wants BDF alone
     s.order, s.rescale, s.l0 = 1, 1.0, 1.0
     s.wait, s.wait_family, s.growth, s.rate = 2, WAIT, FIRST_GROWTH, 0.7
     s.was_stiff = s.stiff  # BDF if steps of BDF were taken back: see `output/borders.py`
