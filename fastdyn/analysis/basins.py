@@ -8,6 +8,7 @@ import numpy as np
 from fastdyn.ensemble.plan import OWN
 from fastdyn.ensemble.solve import solve_ensemble
 from fastdyn.plot.displayed import Displayed
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -112,6 +113,7 @@ class Basin(Displayed):
         return basin(self, **options)
 
 
+@filled()
 @shown_when_wrong(at=kinds.numbers, components=kinds.several, attractors=kinds.numbers)
 def basin(
     fun, box, args=(), at=None, components=(0, 1), n=200, t_end=100.0, window=None,
@@ -146,7 +148,8 @@ def basin(
         The largest distance of ends that belong to one attractor, in each component; by default 5 %
         of the largest range of all motions at the end.
     **options
-        As in `solve_ensemble`; by default DOP853, rtol = 1e-6, atol = 1e-8.
+        As in `solve_ensemble`; by default DOP853, rtol = {rtol of basin}, atol =
+        {atol of basin}.
 
     Returns
     -------
@@ -175,8 +178,7 @@ def basin(
     starts[:, i], starts[:, j] = np.tile(x, len(y)), np.repeat(y, len(x))
     t_end = positive(t_end, "t_end")
     window = WINDOW * t_end if window is None else positive(window, "window")
-    loose = {"rtol": 1e-6, "atol": 1e-8}
-    options = options_of(basin, options.pop("method", METHOD), options, loose, OWN)
+    options = options_of(basin, options.pop("method", METHOD), options, OWN)
     first, second, ends, fine = _ranges(equations, starts, t_end, window, options)
     fine &= ~grown(first, second, np.abs(np.concatenate([region.ravel(), state])).max())
     labels = np.full(len(starts), UNDECIDED)

@@ -13,6 +13,7 @@ from fastdyn.kernels.state.record import FINISHED, Y
 from fastdyn.plot.displayed import Displayed
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.problem.sensitivities import NEEDS, check_method, directions_of, with_sensitivities
 from fastdyn.run.outcome import result_of
@@ -111,6 +112,7 @@ class Exponents(Displayed):
         return exponents(self, **options)
 
 
+@filled()
 @shown_when_wrong(transient=kinds.number, interval=kinds.number, method=kinds.method)
 def lyapunov(
     fun, y0=None, args=(), t_end=1000.0, transient=None, interval=None, method=METHOD, **options
@@ -132,7 +134,8 @@ def lyapunov(
     interval : float, optional
         Time between two orthogonalisations; chosen from the eigenvalues of the Jacobian by default.
     method, **options
-        As in `solve_ivp`; by default DOP853, rtol = 1e-8, atol = 1e-10.
+        As in `solve_ivp`; by default DOP853, rtol = {rtol of lyapunov}, atol =
+        {atol of lyapunov}.
 
     Returns
     -------
@@ -159,7 +162,7 @@ def lyapunov(
     equations = equations_of(fun, args)
     y, t_end = state_of(equations, y0), positive(t_end, "t_end")
     transient = 0.1 * t_end if transient is None else transient
-    options = options_of(lyapunov, method, options, {"rtol": 1e-8, "atol": 1e-10})
+    options = options_of(lyapunov, method, options)
     derivatives = equations.differentiated(0.0, y)
     flow, start, states = Flow(equations, options), 0.0, y[:, None]
     if transient:

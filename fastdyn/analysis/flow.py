@@ -11,14 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.problem.options.names import refuse_unknown
-from fastdyn.problem.options.table import OPTIONS
+from fastdyn.problem.options.table import OPTIONS, defaults_of
 from fastdyn.solve.ivp import solve_ivp
 
 from .equations import Equations, NotConvergedError
 
 METHOD = "DOP853"
-TOLERANCES = {"rtol": 1e-10, "atol": 1e-12}
-MOST_STEPS = 1_000_000  # steps of a solve, because sliding along a jump would never end
 
 
 class OverUnit:
@@ -93,11 +91,11 @@ class Flow(NamedTuple):
         return times, result.y
 
 
-def options_of(analysis, method, given, defaults=TOLERANCES, more=()):
+def options_of(analysis, method, given, more=()):
     """The options of the solves of an analysis, a public function; `more` are no `solve_ivp`'s."""
     for name in ("sensitivity", "t_eval", "dense_output", "events", "args"):
         if name in given:
             raise TypeError(f"`{name}` is no option here: the analysis sets it.")
     own = inspect.signature(analysis).parameters
     refuse_unknown(f"`{analysis.__name__}`", given, {*OPTIONS, *more}, own)
-    return {"method": method, "max_steps": MOST_STEPS, **defaults, **given}
+    return {"method": method, **defaults_of(analysis.__name__), **given}

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot.displayed import Displayed
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -101,6 +102,7 @@ class PeriodicOrbit(Displayed):
         return figure(self, components, **options)
 
 
+@filled()
 @shown_when_wrong(t0=kinds.number, period=kinds.number, transient=kinds.number, method=kinds.method)
 def periodic_orbit(
     fun, y0=None, period=None, args=(), t0=0.0, transient=0.0, method=METHOD, **options
@@ -124,7 +126,8 @@ def periodic_orbit(
     transient : float
         Time for which the equations are solved first, towards an attracting orbit.
     method, **options
-        As in `solve_ivp`; by default DOP853, rtol = 1e-10, atol = 1e-12.
+        As in `solve_ivp`; by default DOP853, rtol = {rtol of periodic_orbit}, atol =
+        {atol of periodic_orbit}.
 
     Returns
     -------

@@ -7,6 +7,7 @@ import numpy as np
 
 from fastdyn.ensemble.plan import OWN
 from fastdyn.plot.displayed import Displayed
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -87,6 +88,7 @@ class Portrait(Displayed):
         return figure(self, nullclines, **options)
 
 
+@filled()
 @shown_when_wrong(t=kinds.number, starts=kinds.array, n_starts=kinds.whole)
 def phase_portrait(fun, box, args=(), t=0.0, starts=None, n_starts=400, **options):
     """The phase portrait of two equations that do not depend on the time.
@@ -107,7 +109,8 @@ def phase_portrait(fun, box, args=(), t=0.0, starts=None, n_starts=400, **option
     n_starts : int
         Points of the grid.
     **options
-        As in `solve_ensemble`; by default DOP853, rtol = atol = 1e-8.
+        As in `solve_ensemble`; by default DOP853, rtol = {rtol of phase_portrait}, atol =
+        {atol of phase_portrait}.
 
     Returns
     -------
@@ -135,8 +138,7 @@ def phase_portrait(fun, box, args=(), t=0.0, starts=None, n_starts=400, **option
             f"A phase portrait is of two components; {equations.system.name} has "
             f"{len(equations.system.states)}: `poincare` shows more in a plane."
         )
-    few_steps = {"rtol": 1e-8, "atol": 1e-8, "max_steps": 20_000}
-    options = options_of(phase_portrait, options.pop("method", METHOD), options, few_steps, OWN)
+    options = options_of(phase_portrait, options.pop("method", METHOD), options, OWN)
     x, y = (np.linspace(low, high, FINE) for low, high in region)
     equations.rates(t, region.mean(axis=1))  # mistakes of the user are raised here
     field = _field(equations, t, x, y)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.plot.displayed import Displayed
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -127,6 +128,7 @@ class Response(Displayed):
         return response(self, components, **options)
 
 
+@filled()
 @shown_when_wrong(frequencies=kinds.numbers, transient=kinds.number, method=kinds.method)
 def frequency_response(
     fun, frequencies, parameter="omega", args=(), y0=None, sweep="both", transient=50,
@@ -154,7 +156,8 @@ def frequency_response(
     reference : {"cos", "sin"}
         The reference of phases: cos(omega t) or sin(omega t).
     method, **options
-        As in `solve_ivp`; by default DOP853, rtol = 1e-10, atol = 1e-12.
+        As in `solve_ivp`; by default DOP853, rtol = {rtol of frequency_response}, atol =
+        {atol of frequency_response}.
 
     Returns
     -------

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot.displayed import Displayed
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.solve.ivp import solve_ivp
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
@@ -81,6 +82,7 @@ class Section(Displayed):
         return section(self, components, angles, **options)
 
 
+@filled()
 @shown_when_wrong(y0=kinds.array, direction=kinds.number)
 def poincare(
     fun, y0=None, section=None, period=None, args=(), n_points=1000, n_skipped=0, direction=None,
@@ -109,7 +111,8 @@ def poincare(
         Sign of the rate of `section` at the crossings that count, 0 for both; by default the
         attribute `direction` of the function, or 1 without it.
     **options
-        As in `solve_ivp`, `method` among them; by default DOP853, rtol = 1e-10, atol = 1e-12.
+        As in `solve_ivp`, `method` among them; by default DOP853, rtol = {rtol of poincare}, atol =
+        {atol of poincare}.
         `max_steps` is 2000 for each point by default.
 
     Returns

@@ -155,7 +155,7 @@ def add_method(group, system):
                        help="RK45 (default), ode45, DOP853, Vern9, RK4 ...")  # fmt: skip
     for name, kind in (("rtol", "relative"), ("atol", "absolute")):
         known = OPTIONS[name]
-        text = f"default {exact(known.of_systems)} (of ode45 {exact(known.default)})"
+        text = f"default {exact(known.of['systems'])} (of ode45 {exact(known.default)})"
         group.add_argument(f"--{name}", type=checks.positive, metavar="TOL",
                            help=f"{kind} tolerance of adaptive methods, {text}")  # fmt: skip
     group.add_argument("--step", type=checks.positive, metavar="H",

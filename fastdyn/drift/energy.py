@@ -18,6 +18,7 @@ from fastdyn.kernels.state.record import FINISHED, RAISED
 from fastdyn.planets.run import NAME as WISDOM_HOLMAN
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS, refused_by
 from fastdyn.problem.second_order_and_pairs import (
@@ -45,9 +46,9 @@ if TYPE_CHECKING:
 
 
 LENGTHS = ("step", "n_steps", "t_end", "periods", "steps_per_period")  # of a run, by its options
-RTOL = 1e-9  # of adaptive methods: at solve_ivp's 1e-3, the drift would be that of the tolerance
 
 
+@filled()
 @shown_when_wrong(
     "The state of a function is `y0=`, the end `t_end=` and what is followed `invariants=`: "
     "energy_drift(fun, method, y0=y0, t_end=100.0, step=0.1, invariants={'energy': energy}).",
@@ -115,8 +116,8 @@ def energy_drift(
     corrector : int, optional
         Order of the corrector of WisdomHolman, 17 by default: see `Planets.solve`.
     **options
-        `rtol` (default 1e-9), `atol` (default a thousandth of `rtol` times the largest component of
-        `y0`), `max_step`, `first_step` of the adaptive methods, `compile`.
+        `rtol` (default {rtol of energy_drift}), `atol` (default a thousandth of `rtol` times the
+        largest component of `y0`), `max_step`, `first_step` of the adaptive methods, `compile`.
 
     Returns
     -------
@@ -161,7 +162,7 @@ def energy_drift(
         raise ValueError("`every` and `samples` must be whole numbers of at least 1.")
     if run.method.error_order:
         given = {name: value for name, value in options.items() if value is not None}
-        options = tolerances(run.y0, given.get("rtol", RTOL)) | given
+        options = tolerances(run.y0, given.get("rtol", OPTIONS["rtol"].of["energy_drift"])) | given
     if corrector is not None:
         if run.method.name != WISDOM_HOLMAN:
             raise TypeError(f"`corrector` is for {WISDOM_HOLMAN}; {run.method.name} has none.")

@@ -27,7 +27,7 @@ class Way:
     """A method and its accuracy: `rtol` for an adaptive method, otherwise `step`."""
 
     method: str = "RK45"
-    rtol: float = OPTIONS["rtol"].of_systems
+    rtol: float = OPTIONS["rtol"].of["systems"]
     step: float = 0.01
 
     @property

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fastdyn.compile.sentences import told_once, warn
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -17,6 +18,7 @@ from .starts import starts_of
 MAX_NFEV = 200
 
 
+@filled()
 @shown_when_wrong(differences=kinds.flag, progress=kinds.flag)
 def fit(
     fun, records, starts=1, max_nfev=MAX_NFEV, level=0.95, differences=False, progress=False,
@@ -56,7 +58,8 @@ def fit(
     f_scale : float
         The residual, in standard deviations, at which `loss` turns away from the square.
     **options
-        Of `solve_ivp`; by default method="DOP853", rtol=1e-8, atol=1e-10, max_steps=100_000.
+        Of `solve_ivp`; by default method="DOP853", rtol={rtol of fit}, atol={atol of fit},
+        max_steps=100_000.
 
     Returns
     -------

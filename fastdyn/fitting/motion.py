@@ -7,12 +7,11 @@ import numpy as np
 from fastdyn.compile.python_callback import value_of
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem.options.names import refuse_unknown
-from fastdyn.problem.options.table import OPTIONS, check_kinds
+from fastdyn.problem.options.table import OPTIONS, TOLERANCES, check_kinds, defaults_of
 from fastdyn.problem.validate import method_named
 from fastdyn.solve.ivp import solve_ivp
 
-MOST_STEPS = 100_000  # a trial far from the data may need steps without end
-TOLERANCES = {"rtol": 1e-8, "atol": 1e-10}
+DEFAULTS = defaults_of("fit")
 OF_RECORDS, OF_FITS = "the records have it", "the fit sets it"
 OWN = {  # options that are none of a fit, and why
     "args": OF_RECORDS, "t_eval": OF_RECORDS, "dense_output": OF_FITS, "sensitivity": OF_FITS,
@@ -41,9 +40,11 @@ def options_of(options):
             raise TypeError(f"`{name}` is no option here: {OWN[name]}.")
     refuse_unknown("`fit`", options, KNOWN, OF_FIT)
     check_kinds(options)
-    given = {"method": "DOP853", "max_steps": MOST_STEPS, **options}
+    given = {"method": "DOP853", **DEFAULTS, **options}
     method_named(given["method"])
-    return given if has_constant_steps(given["method"]) else {**TOLERANCES, **given}
+    if has_constant_steps(given["method"]):
+        return {name: v for name, v in given.items() if name not in TOLERANCES or name in options}
+    return given
 
 
 def has_constant_steps(name):
@@ -79,7 +80,7 @@ class Motion:
         self._begins = "t0" in self._asked
         names = dict.fromkeys([*self._asked, *["y0"] * self._begins])
         self._names = tuple([name for name in names if name != "t0"])
-        rtol = options.get("rtol", TOLERANCES["rtol"])
+        rtol = options.get("rtol", DEFAULTS["rtol"])
         accuracy = max(float(np.max(rtol)), np.finfo(float).eps)
         self._step = accuracy ** (1 / 3)  # balances the error of solves and of the formula
         self.accuracy = self._step**2 if differences else accuracy

@@ -6,14 +6,25 @@ import re
 import pytest
 
 import fastdyn
+import fastdyn.fitting
+from fastdyn import analysis
+from fastdyn.analysis.flow import options_of
 from fastdyn.kernels.methods import METHODS
 from fastdyn.matlab.options import NAMES
-from fastdyn.problem.options.table import ALL_OPTIONS, OPTIONS, SITUATIONS, taken_by
+from fastdyn.problem.options.table import (
+    ALL_OPTIONS,
+    OPTIONS,
+    SITUATIONS,
+    defaults_of,
+    exact,
+    taken_by,
+)
 from fastdyn.problem.validate import Problem
 from support.edited import run_edited
 
 PACKAGE = pathlib.Path(fastdyn.__file__).parent
 BOTH = r"(?i)tol.{0,60}1e-3.{0,30}1e-6|tol.{0,40}1e-6.{0,30}1e-9"
+TYPED_IN = r'"(rtol|atol)": 1e-\d+(?! \*)|\b(rtol|RTOL) = 1e-'
 ONE = r'"(rtol|RelTol)", 1e-3|"(atol|AbsTol)", 1e-6'
 
 
@@ -26,6 +37,33 @@ def test_default_tolerances_stand_in_one_file():
             found.add(name)
     found = {name for name in found if not name.startswith("course/")}
     assert found == {"problem/options/table.py"}
+
+
+OTHERS = {
+    "energy_drift": fastdyn.energy_drift, "fit": fastdyn.fitting.fit,
+    **{name: getattr(analysis, name)
+       for name in ("poincare", "periodic_orbit", "frequency_response", "lyapunov", "basin",
+                    "phase_portrait")},
+}  # fmt: skip
+
+
+def test_defaults_of_other_solvers_stand_in_the_table():
+    for folder in ("analysis", "drift", "fitting"):
+        for path in (PACKAGE / folder).rglob("*.py"):
+            assert not re.search(TYPED_IN, path.read_text()), path
+    assert {who for option in ALL_OPTIONS for who in option.of} == {*OTHERS, "systems"}
+    for who, function in OTHERS.items():
+        text, defaults = function.__doc__, defaults_of(who)
+        assert re.search(rf"(?s)default.{{0,40}}{exact(defaults['rtol'])}", text), who
+        assert "atol" not in defaults or exact(defaults["atol"]) in text, who
+        assert " of " + who not in text
+
+
+@pytest.mark.parametrize("who", ["poincare", "lyapunov", "basin"])
+def test_an_analysis_has_its_defaults_unless_others_are_given(who):
+    options = options_of(OTHERS[who], "DOP853", {"rtol": 1e-3})
+    assert options == {"method": "DOP853", **defaults_of(who), "rtol": 1e-3}
+    assert options["max_steps"] == 1_000_000 and options["atol"] == defaults_of(who)["atol"]
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # names that moved are names, too
@@ -74,6 +112,8 @@ TRIED = """
 import math, pickle, warnings
 import pytest
 import fastdyn
+import fastdyn.fitting
+from fastdyn import analysis
 from fastdyn import matlab, systems
 
 def decay(t, y):

@@ -41,12 +41,13 @@ def filled(who: str = "", **words: Iterable[str]) -> Callable[[Public], Public]:
     """Replace the words in braces in a docstring by what the table knows.
 
     ``{options}`` and ``{refused}`` are the names of the options that a function takes and refuses;
-    ``{rtol}`` and ``{rtol of systems}`` are defaults.  `words` are lists of other names.
+    ``{rtol}`` and ``{rtol of fit}`` are defaults.  `words` are lists of other names.
     """
     lists = {"options": taken_by(who), "refused": refused_by(who), **words}
     known = {word: _names(names) for word, names in lists.items()}
     for name, default in TOLERANCES.items():
-        known[name], known[f"{name} of systems"] = exact(default), exact(OPTIONS[name].of_systems)
+        known[name] = exact(default)
+        known |= {f"{name} of {other}": exact(v) for other, v in OPTIONS[name].of.items()}
 
     def fill(function):
         if function.__doc__:

@@ -27,7 +27,21 @@ SITUATIONS = {
     "residual": "`solve_dae` without another method: its own BDF",
 }
 RTOL, ATOL = 1e-3, 1e-6  # SciPy's and MATLAB's defaults
-SYSTEMS_RTOL, SYSTEMS_ATOL = 1e-6, 1e-9  # with 1e-3 the course's satellite falls onto its planet
+TIGHT = ("poincare", "periodic_orbit", "frequency_response")  # Newton's method differentiates these
+RTOLS = {
+    "systems": 1e-6,  # with 1e-3 the course's satellite falls onto its planet
+    "energy_drift": 1e-9,  # with 1e-3 the drift is that of the tolerance
+    **dict.fromkeys(TIGHT, 1e-10), "lyapunov": 1e-8, "fit": 1e-8, "phase_portrait": 1e-8,
+    "basin": 1e-6,
+}  # fmt: skip
+ATOLS = {
+    "systems": 1e-9, **dict.fromkeys(TIGHT, 1e-12), "lyapunov": 1e-10, "fit": 1e-10,
+    "phase_portrait": 1e-8, "basin": 1e-8,
+}  # fmt: skip
+MOST_STEPS = {  # sliding along a jump would never end; nor would a trial of a fit far from the data
+    **dict.fromkeys((*TIGHT, "lyapunov", "basin"), 1_000_000), "fit": 100_000,
+    "phase_portrait": 20_000,
+}  # fmt: skip
 COMPILE, ON_INTERRUPT = ("auto", "shared", "inlined"), ("raise", "return")
 
 
@@ -94,8 +108,8 @@ class Option(NamedTuple):
         Whether SciPy's `solve_ivp` has the option.
     matlab : str
         The name in MATLAB's odeset.
-    of_systems : object
-        The default of `System.solve`, if it differs.
+    of : dict of str to object
+        Other defaults, by the name of the public function; "systems" stands for `System.solve`.
     words : str
         Names in other packages.
     in_key : bool
@@ -112,7 +126,7 @@ class Option(NamedTuple):
     refused: Mapping[str, str] = {}
     scipys: bool = False
     matlab: str = ""
-    of_systems: Any = None
+    of: Mapping[str, Any] = {}
     words: str = ""
     in_key: bool = False
 
@@ -168,12 +182,12 @@ ALL_OPTIONS = (
         f"{exact(ATOL)}: the estimated local error of each step is kept below ``atol + rtol |y|`` "
         "in the method's norm.  The global error may be larger.  `rtol` is raised to at least "
         '2.2e-14, or 2.2e-16 for "Taylor".',
-        adaptive, default=RTOL, kind=kinds.numbers, of_systems=SYSTEMS_RTOL, scipys=True,
+        adaptive, default=RTOL, kind=kinds.numbers, of=RTOLS, scipys=True,
         matlab="RelTol", words="tol", in_key=True,
     ),
     Option(
         "atol", "", "",
-        adaptive, default=ATOL, kind=kinds.numbers, of_systems=SYSTEMS_ATOL, scipys=True,
+        adaptive, default=ATOL, kind=kinds.numbers, of=ATOLS, scipys=True,
         matlab="AbsTol", in_key=True,
     ),
     Option(
@@ -313,7 +327,7 @@ ALL_OPTIONS = (
         "max_steps", "int",
         "Largest number of accepted steps; then the run ends with status -1.",
         kind=kinds.whole, check=_limit, refused=_not("Stepper", "second pass", "repetition"),
-        in_key=True,
+        of=MOST_STEPS, in_key=True,
     ),
     Option(
         "progress", "bool", "Show a progress bar.",
@@ -398,6 +412,11 @@ OPTIONS = {option.name: option for option in ALL_OPTIONS}
 CHECKED = {o.name for o in ALL_OPTIONS if o.check is not None}  # each by itself, for all methods
 UNSET = {name: OPTIONS[name].check(OPTIONS[name].default) for name in CHECKED}
 TOLERANCES = {name: OPTIONS[name].default for name in ("rtol", "atol")}
+
+
+def defaults_of(who):
+    """The defaults of a public function that differ from those of `solve_ivp`, by option."""
+    return {option.name: option.of[who] for option in ALL_OPTIONS if who in option.of}
 
 
 def value_of(options, name):

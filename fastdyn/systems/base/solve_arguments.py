@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from fastdyn.problem.options.names import refuse_unknown
-from fastdyn.problem.options.table import OPTIONS
+from fastdyn.problem.options.table import OPTIONS, defaults_of
 from fastdyn.problem.step_options import within
 from fastdyn.problem.validate import method_named, time_span
 from fastdyn.words.kinds import shown
 from fastdyn.words.near import did_you_mean
 
 OF_SOLVE = {"t_span", "y0", "method", "t_eval", "dense_output", "events", "vectorized", "project"}
-DEFAULTS = {o.name: o.of_systems for o in OPTIONS.values() if o.of_systems is not None}
+DEFAULTS = defaults_of("systems")
 
 
 def completed(system, method, options, t_span=None, of_ensemble=None) -> dict[str, Any]:
