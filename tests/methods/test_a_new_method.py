@@ -109,6 +109,11 @@ def test_what_is_kept_of_the_others_is_what_their_files_say():
         assert lines <= {line.rstrip(",") for line in kept.splitlines()}
 
 
+def test_the_docstring_of_solve_ivp_names_each_method():
+    """A new pair has a line there; the pair of these tests has none."""
+    assert {name for name in METHODS if f'"{name}"' not in solve_ivp.__doc__} == {NAME}
+
+
 def test_kernels_of_one_name_are_one_kernel():
     """Methods with one name for the start, or the interpolant, have one function."""
     starts, rows = {}, {}
