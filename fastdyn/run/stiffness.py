@@ -1,4 +1,4 @@
-"""Detection of stiffness: a warning, once a function, if stability limits the explicit steps.
+"""Detection of stiffness: a warning, once a function and method, if stability limits the steps.
 
 So is a solution detected that slides along a switch: see `fastdyn/trace/graph/switches.py`.
 
@@ -13,7 +13,7 @@ import contextvars
 
 import numpy as np
 
-from fastdyn.compile.derivatives.switched import jumping, switched
+from fastdyn.compile.derivatives.switched import BEHIND, jumping, switched
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.sentences import warn
 from fastdyn.kernels.methods.method import ON_PAIRS
@@ -31,9 +31,10 @@ OF_SERIES = {
     25: 10.69,
 }  # `stable_to` of "Taylor" by order: R is a partial sum of exp
 MANY = 2000  # a run with fewer steps is not examined, because it loses little time
-MOST = 4  # number of solves of a function that are examined
+MOST = 4  # number of solves of a function by a method that are examined
 NEAR, SLOW = 0.6, 0.02  # share of the limit; largest change in a step, as a share of the state
 FEWEST, LOOKED_AT = 50, 16  # steps of a failed run, and states of it, that may show stiffness
+MOST_TIMES = 16  # switching times behind which it is looked along which switches a function jumps
 FEW = 32  # up to so many components, Rodas5P is mostly the fastest method
 ITERATIONS, SIZE = 40, 1e-6  # iterations of the power method; size of its displacements
 DAMPED = 0.25  # loss of an oscillation in a radian
@@ -62,9 +63,11 @@ class Stiff(Exception):
 class Sliding(Exception):
     """A run is given up because the solution slides along switches; `of` is the Switched."""
 
-    def __init__(self, t, of, y):
+    def __init__(self, t, of, y, tf):
         super().__init__(f"The solution slides along a switch at t = {t:.6g}.")
-        self.of, self.chosen = of, jumping(of, t, y)
+        times = of.times(t, tf)[:MOST_TIMES]
+        later = times + BEHIND * np.sign(tf - t) * np.abs(times)
+        self.of, self.chosen = of, sorted({k for s in (t, *later) for k in jumping(of, s, y)})
 
 
 @contextlib.contextmanager
@@ -108,7 +111,7 @@ def _give_up(problem, run):
     if _gives_up.get() == "slides":
         t, y, of, chosen = switches_of(run)
         if chosen:
-            raise Sliding(t, of, y)
+            raise Sliding(t, of, y, problem.tf)
     found = _held_back(problem, run, undamped=True)
     if found is not None:
         raise Stiff(found)
@@ -128,7 +131,8 @@ def notice(problem, run):
     function = run.bounds[0].function
     if function is None or _gives_up.get() or counters(run.memory)[0] < MANY:
         return  # "auto" has looked already, and tells what it found
-    function.notes["looked at"] = looked = function.notes.get("looked at", 0) + 1
+    place = "looked at", problem.method.name
+    function.notes[place] = looked = function.notes.get(place, 0) + 1
     if looked > MOST:
         return
     t, _, _, chosen = switches_of(run)
@@ -142,7 +146,7 @@ def notice(problem, run):
         said = f"{problem.method.name} took {counters(run.memory)[0]} steps. {_slides(t)}"
     else:
         return
-    function.notes["looked at"] = MOST
+    function.notes[place] = MOST
     warn(said, StiffnessWarning)
 
 

@@ -5,14 +5,15 @@ import contextlib
 import numpy as np
 
 from fastdyn.compile.bind import numpy_errors_are_heard
-from fastdyn.compile.derivatives.switched import ADDED, EVENTS, has_switches
+from fastdyn.compile.derivatives.switched import has_switches
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.sentences import told_once
 from fastdyn.compile.traced.known import known_trace, left_of
 from fastdyn.compile.traced.make import LONG, Near, traced_function
 from fastdyn.problem.domains import options as domains
+from fastdyn.problem.events import event_list
 from fastdyn.problem.options.table import TOLERANCES, refused_among, value_of
-from fastdyn.problem.switched import longer
+from fastdyn.problem.switched import longer, slid_away
 from fastdyn.run.loop import Raised
 from fastdyn.run.stiffness import FEW, Sliding, Stiff, automatic, given_up
 from fastdyn.specialise.series import NoSeries, large_refused
@@ -88,9 +89,9 @@ def _along_switches(asked, found):
             whole = solved_by(of_modes, name)
     except Stiff:
         name, whole = "Radau", _to_the_end(of_modes)
-    if whole.status == -1:
+    if whole.status == -1 or slid_away(asked, found.of, found.chosen, whole.t, whole.y):
         return None
-    result, own = parted(whole, n), len(of_modes.events) - EVENTS * (len(of_modes.y0) - n) // ADDED
+    result, own = parted(whole, n), len(event_list(asked.events) or ())
     for field in ("discrete", "discrete_events"):
         del result[field]
     if asked.t_eval is None:  # the time of a change of modes is there twice, with one state

@@ -11,7 +11,7 @@ from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.graph.refusal import Refusal, Untraceable
-from fastdyn.trace.graph.switches import LARGEST, MOST, hybrid, switches
+from fastdyn.trace.graph.switches import LARGEST, MOST, forced, hybrid, switches
 from fastdyn.trace.operations import OPERATIONS
 from fastdyn.trace.reads.reads import flat
 
@@ -27,6 +27,8 @@ FEW = 16
 ROUNDING = 1e-12  # share of the two sides of a comparison that counts as no distance
 EVENTS, ADDED = 3, 3  # of a switch: events, and numbers behind the state
 NEWTON, JUMP = 3, 1e-8  # Newton's steps to a switch; the smallest jump, relative
+BEHIND = 1e-14  # how far behind a jump in time the differences are looked at, relative
+FAR = 100.0  # widths of a switch, from which on a solution does not slide along the switch
 STEPS = 10.0  # distance from a switch, in steps, up to which a solution slides along the switch
 
 
@@ -61,6 +63,14 @@ class Switched:
         given = (self.given() or []) if given is None else given
         numbers = flat([value for _, value in given])
         return evaluate(self.graph, nodes, np.array([t]), y[:, None], numbers)[0][:, 0]
+
+    def times(self, t0, tf):
+        """The times at which the function switches whatever the state, in the order of the span."""
+        switches, given = self.function.traced.switches, self.given()
+        if switches is None or given is None:
+            return np.empty(0)
+        found = switches.times(flat([value for _, value in given]), t0, tf).t
+        return found if tf >= t0 else found[::-1]
 
     def slides(self, t, y, h):
         """The indices of the switches along which a solution slides, or rests, at a state.
@@ -173,6 +183,38 @@ def parts(of, chosen, widths, t0, y0):
             jumped[n + k], jumped[n + len(some) + k] = mode, zero
             jumps.append(Part(of, jumped, some, f"mode {k}"))
     return modes, fun, events, jumps
+
+
+def behind_jumps(of, chosen, widths, times, t_end):
+    """The change of modes, a Part, at times at which the differences of switches may jump.
+
+    A solution that is farther from a switch than the `widths` of `hybrid` is on the side of the
+    difference there; one that is nearer keeps its mode, which events change.
+    """
+    n, g, some = of.n, of.graph, [of.all[k] for k in chosen]
+    width, share, _ = widths
+    behind = BEHIND * max(abs(t) for t in (*times, 1e-300)) * (1.0 if t_end > times[0] else -1.0)
+    now = g.make("t")
+    later = {now.key: g.add(now, g.const(behind))}
+    jumped = [g.make("y", (), i) for i in range(n + ADDED * len(some))]
+    zero, one = g.const(0.0), g.const(1.0)
+    for k, switch in enumerate(some):
+        difference, size = forced(g, [switch.difference, switch.size], {}, later)
+        width_here = g.add(g.mul(g.const(share), size), g.const(width))
+        side = g.select(g.compare(zero, difference, "lt"), one, g.const(-1.0))
+        far = g.compare(width_here, g.make("abs", (difference,)), "lt")
+        jumped[n + k] = g.select(far, side, jumped[n + k])
+        jumped[n + len(some) + k] = g.select(far, zero, jumped[n + len(some) + k])
+    return Part(of, jumped, some, "modes behind a jump")
+
+
+def leaves(of, chosen, widths, t, z):
+    """Whether a longer state is far from a switch on which its mode keeps the solution."""
+    n, some = of.n, [of.all[k] for k in chosen]
+    width, share, _ = widths
+    found = of.values([x for s in some for x in (s.difference, s.size)], t, z[:n]).reshape(-1, 2)
+    far = np.abs(found[:, 0]) > FAR * (width + share * found[:, 1])
+    return bool(np.any(far & (np.abs(z[n : n + len(some)]) < 0.5)))
 
 
 def _first_modes(of, some, t0, y0):
