@@ -16,6 +16,7 @@ from .problem import check_options, checked, problem_of_residual
 from .reduced.solve import solve_reduced
 from .result import result_of
 from .start import run_of
+from .switching import with_breakpoints
 from .tangent.solve import solve_with_sensitivities
 
 if TYPE_CHECKING:
@@ -127,6 +128,7 @@ def solve_dae(
     options.pop("discrete", None)
     check_options(options)
     asked = checked(F, t_span, y0, yp0, t_eval, dense_output, events, args, given, options)
+    asked = or_in_python(lambda: with_breakpoints(asked))
     if method not in (None, "BDF"):
         return solve_reduced(asked, method)
     try:

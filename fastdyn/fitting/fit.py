@@ -58,7 +58,7 @@ def fit(
     f_scale : float
         The residual, in standard deviations, at which `loss` turns away from the square.
     **options
-        Of `solve_ivp`; by default method="DOP853", rtol={rtol of fit}, atol={atol of fit},
+        Of `solve_ivp`; by default method="Vern9", rtol={rtol of fit}, atol={atol of fit},
         max_steps=100_000.
 
     Returns

@@ -40,7 +40,7 @@ def options_of(options):
             raise TypeError(f"`{name}` is no option here: {OWN[name]}.")
     refuse_unknown("`fit`", options, KNOWN, OF_FIT)
     check_kinds(options)
-    given = {"method": "DOP853", **DEFAULTS, **options}
+    given = {"method": "Vern9", **DEFAULTS, **options}
     method_named(given["method"])
     if has_constant_steps(given["method"]):
         return {name: v for name, v in given.items() if name not in TOLERANCES or name in options}

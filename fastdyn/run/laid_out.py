@@ -95,7 +95,7 @@ class LaidOut(PythonBetween):
         called = *(b.callback for b in self.bounds), self._matrices.solver
         self._callbacks = [c for c in called if c is not None]
         self._follow(problem, bound, others)
-        self.switching = switching_of(problem, bound)
+        self.switching: Any = switching_of(problem, bound, others)
         self._late = [c.account for c in self._callbacks if getattr(c, "account", None)]
         self.evaluations = problem.method.cost or problem.method.n_stages + 1
         seconds = (math.inf if b.function is None else b.function.seconds for b in self.bounds)
@@ -120,7 +120,7 @@ class LaidOut(PythonBetween):
     def take(self, problem):
         """Take another problem of the same plan, with the same functions."""
         if self.switching is not None:
-            problem = self.switching.taken(problem, self._own.given)
+            problem = self.switching.taken(problem, self.bounds)
         self.problem: Any = problem
         p = problem
         for callback in self._callbacks:

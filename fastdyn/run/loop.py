@@ -142,6 +142,8 @@ class Run(LaidOut):
 
         Equations in Python are interrupted within a step: their chunks may be long.
         """
+        if self.switching is not None and self.switching.follows:
+            return 1
         if self._own.function is None and not self.watched:
             return int(min(FIRST_LOOK, self.problem.max_steps))
         return int(min(CHUNK_SECONDS / self.cost, FIRST_LOOK, self.problem.max_steps))
@@ -151,6 +153,8 @@ class Run(LaidOut):
 
         `begun` are the status, the steps and the seconds of a first chunk that is taken already.
         """
+        if self.switching is not None and self.switching.follows:
+            self.switching.begin(y0)
         try:
             if begun is None:
                 first, began = self.n_first(), perf_counter()
@@ -192,7 +196,8 @@ class Run(LaidOut):
         """Whether the kernels call no Python code, and nothing watches or catches anything."""
         bare = not self._callbacks and self._followed is None
         left_alone = not self.watched and self.problem.on_interrupt == "raise"
-        return bare and left_alone and not self._own.pair and self.n_first() > 0
+        alone = self.switching is None or not self.switching.follows
+        return bare and left_alone and alone and not self._own.pair and self.n_first() > 0
 
     def words(self):
         """The words of the kernel's arguments and of its Launch; both change with the plan."""
@@ -218,6 +223,8 @@ class Run(LaidOut):
             chunk = next_chunk(n_steps, spent)
         if self.snapshots is None and self.compared.deciding:  # in a long run they cost nothing
             self.take_snapshots(self.compared.most_places)
+        switching = self.switching
+        followed = switching if switching is not None and switching.follows else None
         file: Any = checkpoint_of(p, self.bounds)
         if file is not None and (saved := file.load()) is not None:
             status = from_arrays(saved, self)
@@ -240,7 +247,10 @@ class Run(LaidOut):
                 left = p.max_steps - done
                 if left <= 0:
                     return STEP_LIMIT
-                n_steps = 1 if p.callback else int(min(chunk, left, look - done))
+                alone = p.callback or followed is not None
+                n_steps = 1 if alone else int(min(chunk, left, look - done))
+                if followed is not None:
+                    followed.follow(self)
                 began = perf_counter()
                 status = self.step(n_steps)
                 spent = perf_counter() - began

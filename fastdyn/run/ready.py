@@ -174,13 +174,14 @@ class ReadyRun:
             if held[-1] is None:
                 return None
         if self.run.switching is not None:
-            self._switch(held[0])
+            self._switch(held)
         return held
 
     def _switch(self, given):
-        """Let the steps end at the switching times for the given values of the equations."""
+        """Let the steps end at the switching times for the given values of the functions."""
         t0, tf, h, h_max = self._span
-        found = self.run.switching.segments(given, t0, tf, h_max, self.problem.segments)
+        asked = self.problem.segments
+        found = self.run.switching.segments(given, self.room, t0, tf, h_max, asked)
         if found is not self._switched:
             segments, h_max = self._switched = found
             self.run.lay_segments(segments)

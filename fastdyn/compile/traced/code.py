@@ -90,10 +90,13 @@ class Traced:
         """The Switches of the function; None if it does not switch with the time alone."""
         return self.switches_by(())
 
-    def switches_by(self, slots):
-        """The Switches of the function and of its derivatives by the parameters at slots."""
+    def switches_by(self, slots, held=()):
+        """The Switches of the function and of its derivatives by the parameters at slots.
+
+        `held` are components of the state that do not change.
+        """
         if not self.in_batches:
-            return switches(self.trace.graph, self.stored, slots)
+            return switches(self.trace.graph, self.stored, slots, held)
         from fastdyn.trace.emit.pattern import timed_nodes
 
         return switches(self.trace.graph, timed_nodes(self.program), slots)

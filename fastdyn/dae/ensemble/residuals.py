@@ -13,6 +13,7 @@ from ..consistent import consistent
 from ..equations import Equations
 from ..index import HighIndexError, index_of
 from ..problem import problem_of_residual
+from ..switching import with_short_steps
 from .starts import starts_of
 from .trajectories import Facts, OfResiduals
 
@@ -40,7 +41,7 @@ def planned(asked, guesses, wanted):
 
     others = [bound_of(fun, mode, guesses.usual) for fun, mode in between_steps(problem)]
     bound = bound_of(problem.fun, RESIDUAL, guesses.usual)
-    problem = of_python_between(problem, bound, others)
+    problem = with_short_steps(of_python_between(problem, bound, others), guesses, bound)
     indices: list[int] = []
 
     def start(i):

@@ -35,7 +35,7 @@ class Deciding:
         self._times: Any = None
         self._others: Any = None  # for other values of what is differentiated: their key, masks
 
-    def times(self, found, given):
+    def times(self, found, given, y):
         """The Times among Candidates; the same object if nothing has changed."""
         plain = not len(found.at_ends[0]) and (found.sure or not len(found.t))
         if plain:
@@ -43,7 +43,8 @@ class Deciding:
         self._count += 1
         if self._count >= MANY and self._compiled() is not None:
             return self._by_code(found, given)
-        times = decided.decided(self._switches, found, flat(given), {})
+        values = self._switches.values(flat(given), y)
+        times = decided.decided(self._switches, found, values, {})
         self._found, self._times, self._marks = found, times, b""
         return times
 
@@ -94,7 +95,7 @@ class Deciding:
     def _compiled(self):
         """The call of the kernel; None if the numbers have no code of their own."""
         bound, switches = self._bound, self._switches
-        if self._call is not None or bound.function.in_batches:
+        if self._call is not None or bound.function.in_batches or switches.held:
             return self._call
         function = bound.function.derived(("numbers of the time", switches), self._made)
         if function is None:

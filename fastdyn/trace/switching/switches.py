@@ -14,6 +14,7 @@ where equal pieces of a table meet, the derivatives by the pieces jump.
 import numpy as np
 
 from ..graph.expressions import live
+from ..graph.switches import forced
 from ..graph.values import ranges_of
 from . import divisions
 from .decided import FAR, Candidates, Times, decided
@@ -33,10 +34,12 @@ class Switches:
         depends where the function may switch.  The others decide whether it does.
     differentiated : ndarray of int
         Slots of parameters by which derivatives are taken.
+    held : dict of int to int
+        The slots of components of the state that do not change.
     """
 
-    def __init__(self, graph, timed, seen, switching, differentiated):
-        self.graph, self.timed, self.seen = graph, timed, seen
+    def __init__(self, graph, timed, seen, switching, differentiated, held):
+        self.graph, self.timed, self.seen, self.held = graph, timed, seen, held
         self.differentiated = np.array(differentiated, int)
         self.nodes = [node for node in live(switching) if node.key in timed]
         self.slots = _slots(graph, live(seen))
@@ -81,6 +84,16 @@ class Switches:
     def grids(self, values):
         """What the Candidates of all spans have in common for values; None if they have nothing."""
         return None if self._lines is None else self._lines.grids(values)
+
+    def values(self, numbers, y):
+        """The values by slot of numbers, those of the parameters, and of the state's components."""
+        if not self.held:
+            return numbers
+        values = np.zeros(1 + max(self.held.values()))
+        values[: len(numbers)] = numbers
+        for i, slot in self.held.items():
+            values[slot] = y[i]
+        return values
 
     def looked_at(self, values):
         """The parameters, and others with random numbers for those that are differentiated."""
@@ -137,11 +150,24 @@ def _slots(graph, nodes):
     return sorted(found, key=lambda slots: slots.start)
 
 
-def switches(graph, outputs, differentiated=()):
+def switches(graph, outputs, differentiated=(), held=()):
     """The Switches of outputs; None if nothing in them switches with the time alone.
 
-    `differentiated` are slots of parameters.
+    Parameters
+    ----------
+    differentiated : sequence of int
+        Slots of parameters.
+    held : sequence of int
+        Components of the state that do not change: they count as parameters, as far as the outputs
+        depend on them.
     """
+    read = {node.data: node for node in live(outputs) if node.op == "y"} if held else {}
+    slots, replaced = {}, {}
+    for i in [i for i in held if i in read]:
+        slots[i] = len(graph.values)
+        graph.values.extend(0.0)
+        replaced[read[i].key] = graph.make("par", (), slots[i])
+    outputs = forced(graph, outputs, {}, replaced) if replaced else outputs
     timed, mixed, seen = set(), set(), {node.key: node for node in outputs}
     nodes = live(outputs)
     for node in nodes:
@@ -152,4 +178,11 @@ def switches(graph, outputs, differentiated=()):
             timed.add(node.key)
     seen = [node for node in seen.values() if node.key in timed]
     switching = [node for node in live(seen) if node.key in timed and may_switch(node)]
-    return Switches(graph, timed, seen, switching, differentiated) if switching else None
+    if not switching:
+        return None
+    return Switches(graph, timed, seen, switching, differentiated, slots)
+
+
+def held_components(outputs):
+    """The components of the state whose derivatives, the outputs, are zero."""
+    return tuple([i for i, node in enumerate(outputs) if node.op == "const" and node.data == 0.0])

@@ -1,0 +1,86 @@
+"""The switching times of one function of a solve, for changing values of its parameters."""
+
+import math
+
+import numpy as np
+
+from fastdyn.compile.derivatives.sensitivities import slots_of
+from fastdyn.trace.reads.reads import flat
+from fastdyn.trace.switching.divisions import MOST_TOLD
+from fastdyn.trace.switching.switches import held_components
+
+from .deciding import Deciding
+
+KEPT = "switching times"  # a key of a Function's notes
+
+
+class Timed:
+    """A function whose steps end at its switching times, or are looked at.
+
+    Parameters
+    ----------
+    place : int
+        The index of the function among those of a run.
+    bound : Bound
+    switches : Switches
+    sharp : bool
+        Whether the steps are looked at for large changes only.
+    """
+
+    def __init__(self, place, bound, switches, sharp):
+        self.place, self.bound, self.switches, self._sharp = place, bound, switches, sharp
+        self._deciding, begin, self._groups = Deciding(bound, switches, sharp), 0, []
+        for i, group in enumerate(bound.function.traced.trace.reads.groups):
+            end = begin + (1 if group.shape is None else math.prod(group.shape))
+            if any(slots.start < end and slots.stop > begin for slots in switches.slots_of_times):
+                self._groups.append(i)
+            begin = end
+
+    def times(self, given, y, t0, tf, decides):
+        """The Times in a span from the state y; all that may matter, unless it `decides`."""
+        found = self._candidates(given, y, t0, tf)
+        if not decides:
+            return self._deciding.all_of(found)
+        return self._deciding.times(found, given, y)
+
+    def _candidates(self, given, y, t0, tf):
+        """The Candidates in a span; the last ones of the function are kept."""
+        switches, notes = self.switches, self.bound.function.notes
+        values = [given[i] for i in self._groups]
+        key = [v.tobytes() if isinstance(v, np.ndarray) else v for v in values]
+        if switches.held:
+            key += [float(y[i]) for i in switches.held]
+        most = MOST_TOLD if self._sharp else None
+        place = KEPT, most, switches
+        of_values, of_span, grids, found = notes.get(place, (None,) * 4)
+        if of_values != key:
+            of_span, grids = None, switches.grids(switches.values(flat(given), y))
+        if of_span != (t0, tf):
+            values = None if grids else switches.values(flat(given), y)
+            found = switches.candidates(values, t0, tf, most=most, grids=grids)
+            notes[place] = key, (t0, tf), grids, found
+        return found
+
+
+def held_of(bound):
+    """The components of the state that the equations do not change."""
+    function = bound.function
+    if function is None or function.traced is None or function.in_batches or bound.pair:
+        return ()
+    return held_components(function.traced.stored) if not bound.mode.second_order else ()
+
+
+def switches_of(bound, held=(), differentiated=()):
+    """The Switches of a traced function; None for another one, and for one that never switches.
+
+    `held` are components of the state that do not change, `differentiated` positions of arguments
+    by which derivatives are taken.
+    """
+    function = bound.function
+    if function is None or function.traced is None:
+        return None
+    traced, slots = function.traced, []
+    groups = tuple([bound.at[j - 1] for j in differentiated])
+    if groups:
+        slots = [slot for group in groups for slot in slots_of(traced.trace.reads, group, 0)]
+    return function.derived((KEPT, groups, held), lambda: traced.switches_by(slots, held))
