@@ -280,3 +280,27 @@ def test_a_mass_matrix_goes_to_an_implicit_method(n, method):
     run = solve_ivp(fun, (0, 1), np.ones(n), "auto", **given)
     assert run.method == method and "mass" in run.reason
     assert np.allclose(run.y[:, -1], np.exp(-1.0), rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("n", "rtol", "force", "method"),
+    [
+        (62, 1e-10, lambda s: s**3, "Vern9"),
+        (62, 1e-10, lambda s: s / (1 + s * s) ** 1.5, "Vern9"),
+        (62, 1e-8, lambda s: s**3, "Vern7"),
+        (60, 1e-10, lambda s: s**3, "Taylor"),
+        (62, 1e-12, lambda s: s**3, "Taylor"),
+        (62, 1e-10, np.sin, "Taylor"),
+    ],
+)
+def test_many_components_without_sines_are_for_pairs(n, rtol, force, method):
+    """Taylor would take longer, not only to compile."""
+
+    def chain(t, y):
+        x, v = np.split(y, 2)
+        pull = force(np.diff(x, prepend=0.0, append=0.0))
+        return np.concatenate((v, pull[1:] - pull[:-1]))
+
+    run = solve_ivp(chain, (0, 0.1), np.linspace(0.0, 1.0, n), "auto", rtol=rtol, t_eval=[0.1])
+    assert run.method == method
+    assert ("60 components" in run.reason) == (n > 60 and method != "Taylor")

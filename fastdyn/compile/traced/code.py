@@ -15,6 +15,7 @@ from fastdyn.trace.graph.clock import EVERY, look
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, refused_as
 from fastdyn.trace.graph.rows import digest as label
+from fastdyn.trace.operations import OPERATIONS
 from fastdyn.trace.switching.switches import switches
 
 from ..functions import Function
@@ -117,6 +118,12 @@ class Traced:
     def n_operations(self):
         """The number of operations in which the results are computed, one for each element."""
         return sum(node.op not in OPERANDS for node in live(self.stored))
+
+    @functools.cached_property
+    def is_algebraic(self):
+        """Whether the results have neither elementary functions nor conditions."""
+        found = {node.op for node in live(self.stored)}
+        return "select" not in found and not any(OPERATIONS[op].elementary for op in found)
 
     def key(self):
         """A digest of everything that the code depends on."""
