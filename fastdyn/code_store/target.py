@@ -56,6 +56,12 @@ def width():
     return 8 if "+avx" in processor()[2].split(",") else 4
 
 
+def vector_registers():
+    """Registers for vectors of at least four numbers; 0 where vectors have two numbers."""
+    features = processor()[2].split(",")
+    return 32 if "+avx512f" in features else 16 if "+avx" in features else 0
+
+
 def target(opt=3):
     """Numba's target machine, but for position-independent code."""
     return _target(*processor(), opt)

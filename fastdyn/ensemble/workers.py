@@ -119,7 +119,7 @@ class Worker:
             advance = series_kernel(p, self.bounds[0], order_of_many(p.rtol, p.atol))
         elif vector is None:
             function = self.bounds[0].function
-            if function and inlines(name, n):
+            if function and inlines(name, n, function):
                 advance = inlined_kernel(name, function, n)
             advance = advance or shared_kernel(name)
         scalar = advance if p.method.series else shared_kernel(name)

@@ -3,7 +3,8 @@
 - shared: one stepping kernel for each method, on rows of the work array, calls any function by its
   address.  The kernel is compiled once and kept on disk.
 - inlined: the kernel contains the function, and the state is a tuple in registers, for n up to
-  MAX_TUPLE.  The kernel is about twice as fast, and compiles for half a second or more.
+  MAX_TUPLE.  The kernel is up to twice as fast for few components, and compiles for half a second
+  or more; for more components, the shared kernel of a pair is faster, as its loops are vectors.
 
 Kernels are found on disk by their keys.  The compiler is imported only if a kernel is missing.
 """
@@ -13,6 +14,7 @@ import itertools
 from typing import Any, NamedTuple
 
 from fastdyn import code_store
+from fastdyn.code_store import target
 from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.make import made
 from fastdyn.kernels.methods import BY_NAME
@@ -23,6 +25,12 @@ from fastdyn.trace.operations.linear import FACTORS, SOLUTION
 from .for_all import FOR_ALL, PLAIN_START, modules_of
 
 MAX_TUPLE = 16
+# A state of more components than this, with its stages, leaves the registers: for pairs of up to
+# FEW_STAGES stages, and of more.  Time of shared over inlined kernels, RK45 and DOP853 on chains
+# and Lorenz-96: with 16 registers (AMD, AVX2) 1.06 / 0.9 at n = 8, 0.7 / 0.6 at 12; with 32 (Intel,
+# AVX-512) 1.15 / 1.0 at 8, 0.95 / 0.75 at 12, 0.8 / 0.73 at 16.
+FEW_STAGES, MOST_INLINED = 7, {16: (8, 7), 32: (10, 7)}
+LARGE = 400  # operations of a function whose time is that of the solve, in either kernel
 FUNCTION = "fastdyn_function"  # equal to `unlinked.FUNCTION`, whose file imports LLVM
 
 
@@ -31,12 +39,18 @@ def splits(name, pair):
     return pair and BY_NAME[name].separable
 
 
-def inlines(name, n):
-    """True if a method has an inlined kernel for n components.
+def inlines(name, n, function):
+    """True if a kernel that contains a function of n components is faster than the shared kernel.
 
     Methods that factorise matrices gain nothing from inlining.
     """
-    return 0 < n <= MAX_TUPLE and BY_NAME[name].n_matrices == 0
+    method = BY_NAME[name]
+    if not 0 < n <= MAX_TUPLE or method.n_matrices > 0:
+        return False
+    few = MOST_INLINED.get(target.vector_registers(), (MAX_TUPLE,) * 2)
+    if not method.is_pair or n <= few[method.n_stages > FEW_STAGES]:
+        return True
+    return made(function) and not function.in_batches and function.traced.n_operations > LARGE
 
 
 class Recipe(NamedTuple):

@@ -47,8 +47,8 @@ class Tier:
             self._kernel = series_kernel(p, bound)
             self.address = self._kernel.address
             return
-        may_inline = may_inline and inlines(name, n) and p.compile != "shared"
-        if function is not None and may_inline:
+        may_inline = may_inline and function is not None and p.compile != "shared"
+        if may_inline and inlines(name, n, function):
             kernel = inlined_kernel(name, function, n, p.compile == "inlined")
             self.open = kernel is None
         self._kernel = kernel or shared_kernel(name, bool(bound.pair))

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.traced import pointer_form
 from fastdyn.compile.traced.code import Traced
 from fastdyn.trace.emit import program
 from fastdyn.trace.paths.runs import trace
@@ -155,3 +156,29 @@ def test_solutions_of_loops_over_components(method):
         mine = fastdyn.solve_ivp(fun, (0, 0.5), y0, method=method, rtol=1e-8, atol=1e-8)
         other = solve_ivp(fun, (0, 0.5), y0, method=method, rtol=1e-8, atol=1e-8)
         assert np.abs(mine.y[:, -1] - other.y[:, -1]).max() < 1e-5
+
+
+def ring(t, y):
+    return [math.sin(y[i - 1] - y[i]) + math.sin(y[i + 1 - len(y)] - y[i]) for i in range(len(y))]
+
+
+def lorenz(t, y):
+    return [(y[i + 1 - len(y)] - y[i - 2]) * y[i - 1] - y[i] + 8.0 for i in range(len(y))]
+
+
+@pytest.mark.parametrize(
+    ("fun", "n", "lanes", "in_loops"),
+    [(ring, 8, 8, False), (ring, 12, 8, True), (ring, 12, 4, False), (lorenz, 40, 8, False)],
+)
+def test_functions_of_ten_components_become_loops_by_their_cost(
+    fun, n, lanes, in_loops, monkeypatch
+):
+    """Loops pay for sines by formulas on vectors; vectors of two registers have `lanes` numbers."""
+    monkeypatch.setattr(pointer_form, "width", lambda: lanes)
+    function = compiled(fun, n, (), None, monkeypatch)
+    traced = Traced(trace(fun, (), n, (n,)), DERIVATIVE, n)
+    assert ("fastdyn_loops" in traced.text("fastdyn_test_ring")) == in_loops
+    # Each of two sines is exact to two units in the last place, and so is C's to one.
+    most = 7 * np.finfo(float).eps if fun is ring else 0.0
+    for y in np.random.default_rng(n).normal(scale=9.0, size=(20, n)):
+        assert abs(function(0.0, y) - fun(0.0, y)).max() <= most

@@ -6,13 +6,14 @@ import functools
 import numpy as np
 from llvmlite import ir
 
+from fastdyn.code_store.target import width
 from fastdyn.kernels.calls.block import MOST_DECISIONS, SIDES
 from fastdyn.kernels.vector.emit import Lanes
 from fastdyn.kernels.vector.formulas import BY_NAME
 from fastdyn.trace.emit.loops import Loops
 from fastdyn.trace.emit.numbers import BIT, INDEX, REAL, WORD, Emitter
 from fastdyn.trace.emit.plan import Plan
-from fastdyn.trace.emit.program import Program, worth_loops
+from fastdyn.trace.emit.program import FEWEST, Program, calls_of, cost_of, worth_loops
 from fastdyn.trace.emit.sides import Sides
 from fastdyn.trace.graph.expressions import is_zero, live
 from fastdyn.trace.graph.refusal import Refusal
@@ -23,7 +24,7 @@ from . import equations
 from .inputs import Source, array_of
 
 equations.calls_kernels()
-MAX_STRAIGHT = 16  # a function of at most so many components has no loops
+MAX_STRAIGHT, MAX_TUPLE = 8, 16  # components without loops, and with loops by their cost only
 
 
 def text(traced, symbol, around=lambda body: body):
@@ -34,12 +35,31 @@ def text(traced, symbol, around=lambda body: body):
     """
     if traced.in_batches:
         return text_in_rows(traced, traced.plan, symbol)
-    if traced.n > MAX_STRAIGHT and worth_loops(live([*traced.stored, traced.trace.raising])):
+    plan = _loops(traced)
+    if plan is not None:
         with contextlib.suppress(Refusal, RecursionError):  # a long chain of numbers
-            ids = np.array([node.key for node in traced.stored], ID)
-            plan = Plan(program_of(traced, ids))
             return _text(symbol, around(functools.partial(_in_rows, traced, plan)))
     return _text(symbol, around(functools.partial(body, traced)))
+
+
+def _loops(traced):
+    """The Plan of a function that is faster in loops; None for a function that is not.
+
+    Few components without elementary functions stay straight-line code: loops read vectors across
+    the numbers that the kernel has just stored, and wait (AVX-512: a chain of 40 takes 1.2 times as
+    long in loops, Lorenz-96 of 40 1.1 times).
+    """
+    if traced.n <= MAX_STRAIGHT:
+        return None
+    nodes = live([*traced.stored, traced.trace.raising])
+    many = traced.n > MAX_TUPLE and worth_loops(nodes)
+    if many or calls_of(nodes) >= FEWEST:
+        with contextlib.suppress(Refusal, RecursionError):
+            ids = np.array([node.key for node in traced.stored], ID)
+            plan = Plan(program_of(traced, ids, True))
+            if many or plan.cost(width()) < cost_of(nodes):
+                return plan
+    return None
 
 
 def _text(symbol, body):
@@ -87,10 +107,10 @@ def _note_sides(builder, truths, block):
 # -- in rows
 
 
-def program_of(traced, ids):
+def program_of(traced, ids, settles=False):
     """The Program of the results of a trace."""
     of_slot = array_of(traced.trace.reads, traced.kinds)
-    return Program(traced.trace.graph, ids, traced.trace.raising, of_slot)
+    return Program(traced.trace.graph, ids, traced.trace.raising, of_slot, settles)
 
 
 def text_in_rows(traced, plan, symbol):

@@ -402,8 +402,9 @@ ALL_OPTIONS = (
     Option(
         "compile", '{"auto", "shared", "inlined"}',
         '"shared": a kernel for all functions calls `fun` by its address.  "inlined": a kernel '
-        'that contains `fun` is compiled first.  "auto": shared, then inlined, once a thread has '
-        "made that kernel, after 50 ms.  The bits are equal.",
+        'that contains `fun` is compiled first, where the kernel is faster: for few components.  '
+        '"auto": shared, then inlined, once a thread has made that kernel, after 50 ms.  The bits '
+        "are equal.",
         default="auto", check=_one_of("compile", COMPILE),
         refused=_not("solve_ensemble", "residual", "solve_dae_ensemble"), in_key=True,
     ),

@@ -11,6 +11,8 @@ from ..graph.clock import look
 from ..graph.expressions import live
 from ..graph.refusal import Refusal
 from ..operations import OPERATIONS
+from .memory import WIDTH
+from .program import cost_of
 from .pull import Box, Cut, Fold, Kept, Root, Scattered, Store, Value, affine, row_major, view
 
 REDUCTIONS = frozenset(("sum", "top", "low"))
@@ -19,8 +21,25 @@ LEAVES = frozenset(("y", "par", "block", "const"))
 COSTLY = 16  # a row of this cost or more, with several users, is kept in memory
 MOST_USES, DEEP = 8, 10**6
 SMALL = 16  # an edge has fewer points, or less than this part of the points of the whole loop
+# Costs of loops, in additions: of a call, and of a number that is read by its place in a table.
+# Eight numbers in two registers take the time of one; by a formula, BY_FORMULA times the time of a
+# call of the C library for one.  In registers of two numbers they take twice as long.
+CALLED, GATHERED, BY_FORMULA = 36, 8, 4
 FEWEST = 3  # edges with equal operations become one loop if there are at least so many
 MOST_BOXES, MOST_CODES = 2000, 200
+
+
+def _cost_of_box(box, width):
+    *outer, inner = box.shape or (1,)
+    wide, found = inner >= WIDTH, len(box.stores)
+    times = -(-inner // WIDTH) * (WIDTH // width) if wide else inner
+    for value in box.values:
+        if value.kind == "op":
+            record = OPERATIONS[value.data[0]]
+            found += record.cost * (BY_FORMULA if wide and record.elementary else 1)
+        elif value.kind in ("read", "gather"):
+            found += GATHERED if value.kind == "gather" else 1
+    return math.prod(outer) * times * found
 
 
 class Loop(NamedTuple):
@@ -287,6 +306,21 @@ class Plan:
             order = row_major(shape)
             root = Root("out", start, strides, piece.place, piece.steps, "", 0, order)
             yield self._loop(shape, root)
+
+    # -- costs
+
+    def cost(self, width):
+        """The processor time of the loops, in additions, as of `cost_of`.
+
+        `width` is the number of lanes in two registers of the processor.
+        """
+        found = CALLED + cost_of(self.program.nodes)
+        for loop in self.loops:
+            found += 2 * loop.row.size if loop.row is not None else 0
+            found += sum([_cost_of_box(box, width) for box in loop.alone])
+            for boxes in loop.alike:
+                found += len(boxes) * (GATHERED + 2 * _cost_of_box(boxes[0], width))
+        return found
 
     # -- loops that run together
 

@@ -16,7 +16,7 @@ from ..graph.rows import ID, Owners, Row
 from ..operations import OPERATIONS
 from ..operations.linear import EQUATIONS
 
-FEWEST_CALLS, FEWEST_NODES = 64, 400  # fewer are faster as straight-line code than in loops
+FEWEST_CALLS, FEWEST_NODES = 64, 400  # more are faster in loops than as straight-line code
 MOST_SINGLY = 2000  # numbers of a copy that are computed one by one
 FEWEST = 8  # nodes of one form become a row, and so many nodes that one operand reads are packed
 ALONE = EQUATIONS | {"t", "par"}  # nodes that stay what they are
@@ -25,9 +25,17 @@ COMMUTE = frozenset(("add", "mul", "eq", "and", "or"))
 
 def worth_loops(nodes):
     """Whether loops are faster than straight-line code for so many nodes."""
-    return (
-        len(nodes) > FEWEST_NODES or sum(OPERATIONS[n.op].elementary for n in nodes) > FEWEST_CALLS
-    )
+    return len(nodes) > FEWEST_NODES or calls_of(nodes) > FEWEST_CALLS
+
+
+def calls_of(nodes):
+    """The number of elementary functions, which are calls in straight-line code."""
+    return sum([OPERATIONS[n.op].elementary for n in nodes])
+
+
+def cost_of(nodes):
+    """The processor time of nodes as straight-line code, in additions."""
+    return sum([OPERATIONS[n.op].cost for n in nodes if n.args])
 
 
 class Program(Owners):
@@ -52,12 +60,12 @@ class Program(Owners):
         The single nodes, operands first.
     """
 
-    def __init__(self, g, outputs, raising, array_of):
+    def __init__(self, g, outputs, raising, array_of, settles=False):
         self.g, self.outputs, self.raising = g, outputs, raising
         self.rows, self._ones = list(g.rows), {}
         self._own = self._next = g.next + 2**20  # the graph may still make nodes
         self._find(sides := alternatives(raising))
-        if worth_loops(self.nodes):
+        if settles or worth_loops(self.nodes):
             _Settled(self, sides, array_of)
             self._find([self.raising])
         for row in self.order:
