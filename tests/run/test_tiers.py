@@ -167,7 +167,7 @@ def test_llvm_alone_gives_numbas_bits(method, monkeypatch):
     assert same(shared, numbers(fun, method=method, compile="inlined", **options))
     memory.forget()
     monkeypatch.setattr(scalar, "links", lambda *_: False)
-    monkeypatch.setattr(code_store, "stored", lambda _: None)
+    monkeypatch.setattr(code_store, "stored", lambda *_: None)
     assert same(shared, numbers(fun, method=method, compile="inlined", **options))
 
 
