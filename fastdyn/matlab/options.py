@@ -25,10 +25,24 @@ FUNCTIONS = {"Events": "t, y", "OutputFcn": "t, y, flag"}
 
 
 class Options(dict):
-    """The options that are set, by MATLAB's names."""
+    """The options that are set, by MATLAB's names; also as attributes, ``options.RelTol``.
+
+    An option that is not set is None.  Without options, the text lists all.
+    """
 
     def __repr__(self):
+        if not self:
+            return f"odeset(), no option is set. There are: {', '.join(NAMES)}."
         return f"odeset({', '.join(f'{name}={value!r}' for name, value in self.items())})"
+
+    def __getattr__(self, name):
+        try:
+            return self.get(full_name(name))
+        except ValueError as error:
+            raise AttributeError(str(error)) from None
+
+    def __setattr__(self, name, value):
+        _update(self, [(name, value)])
 
 
 def odeset(*given, **named) -> Options:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.compile.sentences import warn
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -105,9 +106,16 @@ class Solution:
         )
 
 
-def _names_on_the_left(frame):
-    """The number of names to which the caller unpacks, as MATLAB's nargout; 0 without unpacking."""
+def _names_on_the_left(frame, behind_call=False):
+    """The number of names to which the caller unpacks, as MATLAB's nargout; 0 without unpacking.
+
+    A frame unpacks now, or next, `behind_call` that it makes.
+    """
     code, place = frame.f_code.co_code, frame.f_lasti
+    if behind_call:
+        place += 2
+        while code[place] == dis.opmap["CACHE"]:
+            place += 2
     unpacks = place >= 0 and code[place] == dis.opmap["UNPACK_SEQUENCE"]
     return code[place + 1] if unpacks else 0
 
@@ -120,13 +128,20 @@ class Joined(NamedTuple):
     time: float
 
     def __call__(self, t):
+        return self._joined(self.first, self.second, t)
+
+    def derivative(self, t):
+        """The derivative, as of one run."""
+        return self._joined(self.first.derivative, self.second.derivative, t)
+
+    def _joined(self, first, second, t):
         t = np.asarray(t, float)
         forwards = self.second.ts[-1] >= self.second.ts[0]
         early = t <= self.time if forwards else t >= self.time
         if t.ndim == 0:
-            return (self.first if early else self.second)(t)
-        y = self.second(t)
-        y[:, early] = self.first(t[early])
+            return (first if early else second)(t)
+        y = second(t)
+        y[:, early] = first(t[early])
         return y
 
 
@@ -180,9 +195,9 @@ class AtTimes(NamedTuple):
 
 
 @shown_when_wrong(idx=kinds.array)
-def deval(sol, xint, idx=None) -> np.ndarray:
+def deval(sol, xint, idx=None) -> Any:
     """
-    The continuous solution, as MATLAB's deval.
+    The continuous solution, as MATLAB's deval; ``y, yp = deval(...)`` has its derivative, too.
 
     Parameters
     ----------
@@ -196,12 +211,18 @@ def deval(sol, xint, idx=None) -> np.ndarray:
     Returns
     -------
     ndarray, shape (n, k)
-        One column for each time; shape (n,) for a single time.
+        One column for each time; shape (n,) for a single time.  As in MATLAB, the number of names
+        on the left decides: two names are this array and an array of derivatives.
 
     Raises
     ------
     ValueError
         For times outside the span.
+
+    Warns
+    -----
+    UserWarning
+        If two names may be meant for the two components.
     """
     if isinstance(xint, Solution):
         sol, xint = xint, sol
@@ -213,8 +234,15 @@ def deval(sol, xint, idx=None) -> np.ndarray:
     if x.ndim > 1 or not ((low <= x) & (x <= high)).all():
         raise ValueError(f"deval knows the solution from {low:g} to {high:g}; got {xint!r}.")
     y = sol.interpolant(x)
+    chosen = slice(None) if idx is None else idx
+    both = _names_on_the_left(sys._getframe(2), behind_call=True) == 2
+    if both and len(y) == 2 and idx is None:
+        warn(
+            "`y, yp = deval(...)` has the solution and its derivative, as in MATLAB; the two "
+            "components are rows of one output, y = deval(...): y[0], y[1]."
+        )
     try:
-        return y if idx is None else y[idx]
+        return (y[chosen], sol.interpolant.derivative(x)[chosen]) if both else y[chosen]
     except IndexError as error:
         raise kinds.noted(
             error, f"`idx` counts components from 0 to {len(y) - 1}; got {idx!r}."

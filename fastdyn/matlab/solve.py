@@ -51,7 +51,7 @@ def solve(solver, fun, tspan, y0, options):
     takes("odefun", fun, "t, y", PARAMETERS)
     check_options(options)
     options = options_of(solver, options)
-    times, y0 = _times(tspan), _state(y0)
+    times, y0 = times_of(tspan), _state(y0)
     if np.size(options.get("AbsTol", 0.0)) not in (1, len(y0)):
         raise ValueError(
             f"AbsTol must be one number, or one for each of the {len(y0)} components of y0; got "
@@ -146,7 +146,7 @@ def _run(solver, fun, t_span, y0, functions, observer, options, mass) -> Any:
     return not_shorter(solve_problem(problem), options.get("MinStep", 0.0))
 
 
-def _times(tspan):
+def times_of(tspan):
     """`tspan` as an array of two or more finite times in order."""
     kinds.times("tspan", tspan)
     times = np.asarray(tspan, float)

@@ -95,14 +95,28 @@ class PiecewisePolynomial(OdeSolution):
         self._lay_out(ts, False)
 
     def _values(self, times, segments):
+        y = self._expanded(times, segments)[0]
+        return (y if self.floors is None else np.maximum(y, self.floors[segments])).T
+
+    def derivative(self, t):
+        """The derivative of the polynomials by t, in the shape of ``sol(t)``."""
+        times = np.atleast_1d(np.asarray(t, dtype=float))
+        segments = self._segments(times)
+        found = (self._expanded(times, segments)[1] / self.spans[segments, 1:]).T
+        return found[:, 0] if np.ndim(t) == 0 else found
+
+    def _expanded(self, times, segments):
+        """Values and derivatives by x = (t - t_old) / h, one row a time."""
         start, length = self.spans[segments].T
         x = ((times - start) / length)[:, None]
         d = self.polynomials[segments]
-        total = np.zeros_like(d[:, 0])
+        total, slope = np.zeros_like(d[:, 0]), np.zeros_like(d[:, 0])
         for j in range(d.shape[1] - 1, 0, -1):
-            total = (d[:, j] + total) * (x if (j - 1) % 2 == 0 else 1 - x)
-        y = d[:, 0] + total
-        return (y if self.floors is None else np.maximum(y, self.floors[segments])).T
+            total, way = d[:, j] + total, 1.0 if (j - 1) % 2 == 0 else -1.0
+            factor = x if way > 0 else 1 - x
+            slope = slope * factor + way * total
+            total = total * factor
+        return d[:, 0] + total, slope
 
     @cached_property
     def interpolants(self):  # pyright: ignore[reportIncompatibleVariableOverride]

@@ -114,7 +114,7 @@ IN_FUN = [  # fun, args, type of the exception, sentence
     (of_g, (np.ones(2),), ValueError, "In `args` `g` is an array of 2 numbers; is one number"),
     (of_g, ("9.81",), TypeError, "In `args` `g` is the text '9.81'; is one number meant?"),
     (of_g, (None,), TypeError, "In `args` `g` is None"),
-    (of_three, (), IndexError, "`y` has 2 components, as many as `y0`; the last is y[1]."),
+    (of_three, (), IndexError, "`y0`; counted from 0, the last is y[1]."),
     (unpacks_three, (), ValueError, "`y` has 2 components, as many as `y0`."),
     (unpacks_one, (), ValueError, "`y` has 2 components, as many as `y0`."),
     (power, (), TypeError, "`^` is no power in Python: x squared is x**2."),
