@@ -148,6 +148,7 @@ PROJECTION = _mode(
 )  # fmt: skip
 JUMP = _mode("jump", argument="on_event", acts_at_events=True, notes_sides=True, probed=True)
 MATRIX = _mode("matrix", argument="jac", matrix=True, probed=True)
+HISTORY = _mode("history", argument="history", by_numba=True)  # of a delay equation
 ENTRIES = _mode("entries", entries=True)
 CONSTANT = _mode("constant", constant=True)
 COMPLEX_NUMBERS = _mode("complex", complex_numbers=True, acts_on_state=True, long_arrays=True)

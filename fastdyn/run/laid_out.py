@@ -226,7 +226,7 @@ class LaidOut(PythonBetween):
         self.make_room()
         self.take_snapshots(snapshots)
         plan, words = self.plan, self._words
-        self.memory = own = new_memory(plan.size)
+        own = self._new_memory()
         launch = self._launch
         launch[MEMORY], launch[Y0] = address_of(own), address_of(y0)
         words[self._n_steps], words[self._advance] = n_steps, self.tier.address
@@ -235,6 +235,11 @@ class LaidOut(PythonBetween):
                 callback.begin()
             return self._interruptible(plan.launch, launch)
         return plan.launch(self.launch_at)
+
+    def _new_memory(self):
+        """The memory of the next solve."""
+        self.memory = new_memory(self.plan.size)
+        return self.memory
 
     def step(self, n_steps=1):
         """Go on for at most `n_steps` steps; the status."""

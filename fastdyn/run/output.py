@@ -76,6 +76,12 @@ class Output:
     def _larger(self, size, numbers):
         return max(min(2 * size, PIECE_NUMBERS // numbers), size if size <= PIECE else PIECE)
 
+    def _grow_dense(self, o):
+        self._dense.append((self.d, self.spans))
+        self._n_polynomials = self._larger(self._n_polynomials, self._n * self._rows)
+        self._new_polynomials()
+        o["n_dense"] = 0
+
     def _new_polynomials(self):
         self.d = np.empty((self._n_polynomials, self._rows, self._n))
         self.spans = np.empty((self._n_polynomials, 2))
@@ -95,10 +101,7 @@ class Output:
             self.t, self.y = np.empty(self._n_places), np.empty((self._n_places, self._n))
             o["n_out"] = 0
         if self.dense and o["n_dense"] == len(self.d):
-            self._dense.append((self.d, self.spans))
-            self._n_polynomials = self._larger(self._n_polynomials, self._n * self._rows)
-            self._new_polynomials()
-            o["n_dense"] = 0
+            self._grow_dense(o)
         if self._m and o["n_events"] + self._at_once > len(self.e_t):
             self._events.append(self._found(o["n_events"]))
             self._n_occurrences = self._larger(self._n_occurrences, self._n)

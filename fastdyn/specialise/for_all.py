@@ -8,6 +8,7 @@ FOR_ALL = {  # name: function in `kernels`, signature in `specialise`
     "evaluate": ("calls.user_function.one_evaluation", "signatures.EVALUATE"),
     "factors": ("algebra.padded.factors.factors", "signatures.FACTORS"),  # of equations inside one
     "solution": ("algebra.padded.solution.solution", "signatures.SOLUTION"),
+    "past": ("output.dense_output.state_before", "signatures.PAST"),  # of a delay equation
     "newton": ("stepping.collocation.newton", "signatures_of_meshes.NEWTON"),
     "residuals": ("stepping.collocation.rms_residuals", "signatures_of_meshes.RESIDUALS"),
     "watch": ("output.between_steps.watch", "signatures.WATCH"),

@@ -20,6 +20,7 @@ from fastdyn.compile.traced.make import made
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods.taylor.accuracy import ALLOWANCE
 from fastdyn.trace.graph.clock import look
+from fastdyn.trace.operations.delays import PAST
 from fastdyn.trace.operations.linear import FACTORS, SOLUTION
 
 from .for_all import FOR_ALL, PLAIN_START, modules_of
@@ -188,6 +189,7 @@ def serve_kernel(*sample):
 
 code_store.OFFERED[FACTORS] = kernel_for_all("factors")
 code_store.OFFERED[SOLUTION] = kernel_for_all("solution")
+code_store.OFFERED[PAST] = kernel_for_all("past")
 both_of_pair = kernel_for_all("both of a pair")
 decide_kernel = kernel_for_all("decide")
 evaluate_kernel = kernel_for_all("evaluate")

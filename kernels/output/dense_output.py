@@ -8,12 +8,25 @@ F0, F1, F2 make the cubic Hermite polynomial of the two ends, for every method; 
 order adds rows.  The polynomial meets both ends of the step to round-off.
 """
 
+from numba import carray
+
 from ..calls.block import RAISED_WORD
 from ..calls.calling_convention import invoke
+from ..calls.user_function import address_of, call_function, numbers_at, words_at
 from ..jit.options import INLINED, INTERNAL, njit
 from ..state.layout import Form
 from ..state.record import RAISED, RUNNING, Y_OLD, K, Y
 from ..state.rows import keep_vector, numbers_of, scratch, vector_at
+from .arguments import (
+    PAST_COUNT,
+    PAST_D,
+    PAST_HINT,
+    PAST_HISTORY,
+    PAST_ROWS,
+    PAST_SPANS,
+    PAST_STILL,
+    PAST_T0,
+)
 
 F = 1  # rows of `d`: y_old, then F0, F1, ...
 WIDTH = 4  # components that `polynomial` evaluates together, each rounded as if alone
@@ -134,3 +147,56 @@ def interpolate(kernels, solve, d):
     h = s.t - s.t_old
     hermite(h, kernels.fsal_stage, solve.work, d)
     s.n_extra += invoke(kernels.dense_rows, (s.t_old, h, solve.work, solve.block, d))
+
+
+# -- the past of a delay equation
+
+BEYOND = 4.0 * 2.220446049250313e-16  # by which a time may pass the last step, as its roundings do
+
+
+@njit(**INTERNAL)
+def _found(spans, count, t, hint):
+    """The polynomial whose step contains t: the hint, the next, or by bisection."""
+    if hint < count and spans[hint, 0] <= t:
+        if hint + 1 == count or t < spans[hint + 1, 0]:
+            return hint
+        if hint + 2 == count or t < spans[hint + 2, 0]:
+            return hint + 1
+    low, high = 0, count
+    while high - low > 1:
+        middle = (low + high) // 2
+        if spans[middle, 0] <= t:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@njit(**INTERNAL)
+def state_before(history, place, t, out):
+    """Write the state at time t to `out`; NaN if t is later than the last step.
+
+    A delay equation reads the dense output of its own solve.  `history` is the array of words of
+    `arguments.py`; `place` numbers the reads of the function.
+    """
+    words = words_at(address_of(history))
+    t0 = history[PAST_T0]
+    if not t > t0 or words[PAST_STILL] != 0:
+        call_function(words[PAST_HISTORY], min(t, t0), out, out)
+        return 0
+    count = words_at(words[PAST_COUNT])[0]
+    spans = carray(numbers_at(words[PAST_SPANS]), (count + 1, 2))
+    end = t0 if count == 0 else spans[count - 1, 0] + spans[count - 1, 1]
+    if t > end + BEYOND * max(abs(t), abs(end)):
+        for i in range(len(out)):
+            out[i] = float("nan")
+        return 0
+    if count == 0:
+        call_function(words[PAST_HISTORY], t0, out, out)
+        return 0
+    at = _found(spans, count, t, words[PAST_HINT + place])
+    words[PAST_HINT + place] = at
+    rows = words[PAST_ROWS]
+    d = carray(numbers_at(words[PAST_D] + 8 * at * rows * len(out)), (rows, len(out)))
+    polynomial(d, (t - spans[at, 0]) / spans[at, 1], out)
+    return 0

@@ -23,6 +23,7 @@ from support.slips import (
 
 IVP = {"fun": fun, "t_span": (0, 1), "y0": [1.0, 0.0]}
 OF_BVP = {"fun": fun, "bc": fun, "x": [0.0, 0.5, 1.0], "y": np.zeros((2, 3))}
+OF_DDE = {"fun": lambda t, y, past: [-past(t - 1)[0]], "t_span": (0, 1), "history": [1.0]}
 OF_SDE = {
     "drift": lambda t, y: -y, "diffusion": 0.1, "t_span": (0, 1), "y0": [1.0, 0.0], "step": 0.1,
 }  # fmt: skip
@@ -169,6 +170,24 @@ TABLE = {
         ({"rtol": "1e-3"}, f"`rtol` {NUMBERS}the text '1e-3'"),
     ]),
     "solve_dae_ensemble": (fastdyn.solve_dae_ensemble, OF_DAE, OF_DAES),
+    "solve_dde": (fastdyn.solve_dde, OF_DDE, [
+        ({"fun": None}, "`fun` must be a function of (t, y, past)"),
+        ({"fun": lambda t, y: [-y[0]]}, "fun(t, y"),
+        ({"fun": lambda t, y, past: [-past[0]]}, "not subscriptable"),
+        ({"fun": lambda t, y, past: [-past(t)[0]]}, "a delay is 0: `past` is for times before t"),
+        ({"fun": lambda t, y, past: [-past(t + 1)[0]]}, "a delay is -1: `past` is for times befo"),
+        ({"history": "x"}, "`history` must be n numbers, a function of t, or a result"),
+        ({"history": [np.nan]}, "`history` is not finite at the start"),
+        ({"history": [[1.0], [2.0]]}, "`history` must give n numbers; got an array of shape (2"),
+        ({"history": lambda t: [1.0, 2.0]}, "2"),
+        ({"t_span": (1, 0)}, "`t_span` must be finite and ascend"),
+        ({"method": "RK45"}, "does not solve delay equations; choose from auto, Tsit5"),
+        ({"method": "tsit5"}, 'did you mean "Tsit5"?'),
+        ({"sensitivity": "y0"}, "`solve_dde` takes no `sensitivity`"),
+        ({"lags": [1.0]}, "`solve_dde` takes no `lags`"),
+        ({"rtol": -1}, "`rtol` must not be negative"),
+        ({"events": 3}, "`events`"), ({"delays": "x"}, "`delays` must be a sequence of times"),
+    ]),
     "solve_sde": (fastdyn.solve_sde, OF_SDE, [
         *SPANS,
         ({"drift": None}, "`drift` must be a function of (t, y); got None"),

@@ -9,11 +9,13 @@ from llvmlite import ir
 
 from fastdyn.kernels.algebra.padded import storage
 from fastdyn.kernels.algebra.padded.storage import leading, length
+from fastdyn.kernels.output.arguments import PAST_PLACES
 from fastdyn.kernels.vector.instructions import BIT, INDEX, REAL
 from fastdyn.trace.emit.memory import Memory
 from fastdyn.trace.emit.numbers import BY_KERNELS
 from fastdyn.trace.graph.expressions import is_zero
 from fastdyn.trace.operations import linear
+from fastdyn.trace.operations.delays import PAST
 from fastdyn.trace.operations.linear import FACTORS, SOLUTION
 
 WORD = ir.IntType(64)
@@ -108,9 +110,23 @@ def _entry(emitter, node, args):
     return b.load(b.gep(args[0], [INDEX(node.data)]))
 
 
+def _past(emitter, node, args):
+    """The address of the n numbers of the state at an earlier time."""
+    b, (n, n_words) = emitter.builder, node.data
+    numbers = _room(b, REAL, n)
+    history = emitter.source.table(node.args[1].data)
+    time = b.bitcast(args[0], WORD)
+    place = WORD(node.args[0].key % PAST_PLACES)
+    words = [*_row(b, history, n_words), place, time, *_row(b, numbers, n)]
+    _called(b, PAST, words)
+    return numbers
+
+
 def calls_kernels():
     """Register the code of these operations."""
     BY_KERNELS["factors"] = _factors
     BY_KERNELS["singular"] = lambda emitter, node, args: args[0].singular
     BY_KERNELS["solution"] = _solution
     BY_KERNELS["entry"] = _entry
+    BY_KERNELS["past"] = _past
+    BY_KERNELS["of_past"] = _entry

@@ -1,6 +1,6 @@
 """The operations of a graph, one record each: see `record.py`.  Imports NumPy only."""
 
-from . import arithmetic, functions, linear, special, tables
+from . import arithmetic, delays, functions, linear, special, tables
 from .record import NAMES, OPERATIONS, Operation, add
 
 __all__ = [
@@ -9,6 +9,7 @@ __all__ = [
     "Operation",
     "add",
     "arithmetic",
+    "delays",
     "functions",
     "linear",
     "special",

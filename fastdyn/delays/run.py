@@ -1,0 +1,58 @@
+"""A Run whose function reads the dense output of the Run itself."""
+
+import numpy as np
+
+from fastdyn.code_store.call import address_of
+from fastdyn.kernels.output import arguments as words
+from fastdyn.kernels.output.arguments import OUTPUT
+from fastdyn.run import output
+from fastdyn.run.loop import Run
+
+N_DENSE = OUTPUT.fields["n_dense"][1]  # the place of the number of polynomials in the record
+
+
+class OnePiece(output.Output):
+    """The output of a solve whose polynomials stay in one piece."""
+
+    def _grow_dense(self, o):
+        d, spans = self.d, self.spans
+        self._n_polynomials = 2 * len(d)
+        self._new_polynomials()
+        self.d[: len(d)] = d
+        self.spans[: len(d)] = spans
+
+
+class DelayRun(Run):
+    """A Run that tells the words of its history where its polynomials are."""
+
+    laid_out: np.ndarray
+
+    def begin_with(self, problem):
+        """Take the problem with all its points; from now on, the past is that of this Run."""
+        self.take(problem)
+        self.laid_out = problem.args[0]
+        self.laid_out.view(np.int64)[words.PAST_STILL] = 0
+
+    def _tell(self, d, spans):
+        whole = self.laid_out.view(np.int64)
+        whole[words.PAST_D] = address_of(d)
+        whole[words.PAST_SPANS] = address_of(spans)
+        whole[words.PAST_COUNT] = address_of(self.view("output.record")) + N_DENSE
+        whole[words.PAST_ROWS] = d.shape[1]
+        whole[words.PAST_HINT :] = 0
+
+    def _new_memory(self):
+        own = super()._new_memory()
+        self._tell(self.view("output.d"), self.view("output.spans"))
+        return own
+
+    @property
+    def output(self):
+        """The output of the last solve."""
+        if self.grown is None:
+            self.grown = OnePiece(self.plan, self.memory)
+        return self.grown
+
+    def lay_output(self):
+        super().lay_output()
+        self._tell(self.output.d, self.output.spans)

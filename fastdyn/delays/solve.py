@@ -1,0 +1,221 @@
+"""solve_dde: equations whose right-hand side reads the solution at earlier times."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fastdyn.compile.bind import or_in_python
+from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.python_callback import called_with, evaluate
+from fastdyn.problem import validate
+from fastdyn.problem.arguments import checked
+from fastdyn.problem.schedules import listed
+from fastdyn.problem.step_options import segments_of_span
+from fastdyn.run.outcome import result_of
+from fastdyn.run.solve_problem import run_of
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
+from fastdyn.words.kinds import shown
+from fastdyn.words.near import did_you_mean
+
+from .history import History
+from .past import Past
+from .points import Delays, delays_of, followed
+from .run import DelayRun
+
+if TYPE_CHECKING:
+    from fastdyn.problem.argument_types import Args, Function, Functions, Times, TimeSpan
+    from fastdyn.run.result import OdeResult
+
+# Methods whose interpolant has the order of the method less one at least.
+METHODS = ("Tsit5", "Vern7", "Vern9", "DOP853")
+OPTIONS = ("rtol", "atol", "max_step", "first_step", "max_steps", "progress", "compile")
+VANISHING = 1e-9  # share of the time below which a delay is zero: steps are not as short
+
+
+@shown_when_wrong(
+    fun=kinds.function_of("(t, y, past)"), t_eval=kinds.times, delays=kinds.times,
+    jumps=kinds.times, dense_output=kinds.flag,
+)  # fmt: skip
+def solve_dde(
+    fun: Function,
+    t_span: TimeSpan,
+    history: Any,
+    method: str = "auto",
+    t_eval: Times | None = None,
+    dense_output: bool = False,
+    events: Functions | None = None,
+    args: Args = (),
+    delays: Times | None = None,
+    jumps: Times | None = None,
+    **options: Any,
+) -> OdeResult:
+    """Solve ``y' = fun(t, y, past)``, where ``past(t - tau)`` is the state at an earlier time.
+
+    Parameters
+    ----------
+    fun : callable
+        ``fun(t, y, past, *args)`` returns n numbers.  ``past(s)`` is an array of the n components
+        at a time s before t, ``past(s)[1]`` one of them.  Delays may be constants, arguments, or
+        depend on the time and the state.
+    t_span : (float, float)
+        Start and end, in this order.
+    history : array_like, callable or OdeResult
+        The state up to the start: n numbers, a function ``history(t)``, or the result of an earlier
+        solve with ``dense_output=True``, which goes on.
+    method : str
+        "auto" (Vern7 for `rtol` below 1e-6, else Tsit5), "Tsit5", "Vern7", "Vern9" or "DOP853".
+        Other methods do not interpolate as precisely as they step.
+    t_eval, dense_output, args
+        As in `solve_ivp`.
+    events : callable or list of callables, optional
+        As in `solve_ivp`, called as ``event(t, y, past, *args)``.
+    delays : array_like of float, optional
+        The constant delays of a function that cannot be traced; the trace of a function has them.
+    jumps : array_like of float, optional
+        Times, before or after the start, at which the history or the equations jump.  (Switching
+        times of a traced function are found.)
+    **options
+        `rtol`, `atol`, `max_step`, `first_step`, `max_steps`, `progress`, `compile`, as in
+        `solve_ivp`.
+
+    Returns
+    -------
+    OdeResult
+        As of `solve_ivp`; `delays` has the constant delays.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Arguments that make no sense; a delay that is not positive at the start; a function without
+        a trace, and without `delays`.
+
+    Notes
+    -----
+    Where the solution begins, a derivative jumps, and each delay carries the jump on, one
+    derivative higher: steps end at these times, up to the order of the method.  Jumps that varying
+    delays carry on are left to the error control.  No step is longer than the shortest delay: a
+    step that asks for a time within itself is taken again, shorter.  All steps are kept, since any
+    of them may be asked for.
+    """
+    _refuse(options)
+    t0, tf = validate.time_span(t_span)
+    if not t0 < tf < math.inf:
+        raise ValueError(f"`t_span` must be finite and ascend; got ({t0}, {tf}).")
+    if method == "auto":
+        method = "Vern7" if np.min(options.get("rtol", 1e-3)) < 1e-6 else "Tsit5"
+    if method not in METHODS:
+        known = f"choose from auto, {', '.join(METHODS)}, whose interpolants are precise enough."
+        meant = did_you_mean(method, METHODS, form='"{}"') or known
+        raise ValueError(f"`method={method!r}` does not solve delay equations; {meant}")
+    before = History(history, t0, tf)
+    n = len(before.y0)
+
+    def equations(t, y, laid_out, *args):
+        return fun(t, y, Past(laid_out, n), *args)
+
+    watched = [_with_past(event, n) for event in listed(events, {}) or ()]
+    functools.update_wrapper(equations, fun)
+    asked = checked(
+        equations, t_span, before.y0, method, t_eval, True,
+        None if events is None else watched, False,
+        (before.laid_out, *validate.extra_arguments(args)), options,
+    )  # fmt: skip
+    problem = validate.problem(asked, validate.method_named(method), DERIVATIVE)
+    if any(event.act is not None for event in problem.events or ()):
+        raise TypeError("`solve_dde` takes no `on_event`.")
+    given = None if delays is None else np.unique(np.asarray(delays, float))
+    starts = [] if jumps is None else np.asarray(jumps, float).ravel().tolist()
+
+    def solve():
+        before.still(True)
+        run = run_of(problem, DelayRun)
+        return _solved(run, before, given, [t0, *starts])
+
+    with before:
+        evaluate(called_with(equations, asked.args), DERIVATIVE, t0, before.y0.copy())
+        result = or_in_python(solve)
+        _tell_vanishing(result, equations, asked.args, before)
+    result["history"] = before
+    if not dense_output:
+        result["sol"] = None
+    return result
+
+
+def _refuse(options):
+    for name in options:
+        if name not in OPTIONS:
+            raise TypeError(
+                f"`solve_dde` takes no `{name}`; its options are {', '.join(OPTIONS)}. "
+                f"{did_you_mean(name, (*OPTIONS, 'delays', 'jumps', 't_eval', 'events'))}".rstrip()
+            )
+
+
+def _with_past(event, n):
+    if not callable(event):
+        raise TypeError(f"`events` of a delay equation are functions; got {shown(event)}.")
+
+    def with_past(t, y, laid_out, *args):
+        return event(t, y, Past(laid_out, n), *args)
+
+    return functools.update_wrapper(with_past, event)
+
+
+def _tell_vanishing(result, equations, args, history):
+    """Say that a delay vanishes, if that is why no step was short enough."""
+    if result.status != -1:
+        return
+    t, y = float(result.t[-1]), result.y[:, -1].copy()
+    with history.asked() as times:
+        equations(t, y, *args)
+    shortest = min((t - s for s in times), default=math.inf)
+    if shortest <= VANISHING * max(abs(t), abs(t - history.t0)):
+        result["message"] = (
+            f"a delay vanishes at t = {t:.10g}: a step there would ask for times within itself. "
+            "End the span before, or keep the delay above zero."
+        )
+
+
+def _delays(run, history, given):
+    """The Delays of a Run: those of the trace, or those that are `given`.
+
+    Raises
+    ------
+    ValueError
+    """
+    p = run.problem
+    known = delays_of(run.bounds[0], p.t0, history.y0)
+    if given is not None:
+        return Delays(tuple(given.tolist()), known is None or known.varying)
+    if known is None:
+        raise ValueError(
+            f"the delays of `{p.fun.__name__}` are not known, because it cannot be traced: give "
+            "`delays=`, the constant ones (`delays=[]` if all vary)."
+        )
+    return known
+
+
+def _solved(run, history, given, starts):
+    """The result of a Run that follows the jumps of its solution."""
+    p = run.problem
+    delays = _delays(run, history, given).constant
+    if delays and not delays[0] > 0.0:
+        raise ValueError(
+            f"a delay is {delays[0]:.10g}: `past` is for times before t; use `y` at t, and no "
+            "later time."
+        )
+    switching = p.segments[:, 2].tolist() if len(p.segments) else []
+    points = followed([*starts, *switching], delays, p.t0, p.tf, p.method.order)
+    p = p._replace(segments=segments_of_span(points, p.t0, p.tf), ends_at_switches=False)
+    if delays:
+        p = p._replace(h_max=min(p.h_max, delays[0]))
+    run.begin_with(p)
+    status = run.solve(p.y0)
+    history.check()
+    result = result_of(p, status, run)
+    result["delays"] = np.array(delays)
+    return result

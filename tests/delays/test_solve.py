@@ -1,0 +1,145 @@
+"""What solve_dde takes: histories, events, output, restarts, functions in Python, jumps."""
+
+import numpy as np
+import pytest
+
+from fastdyn import CompileWarning, solve_ivp
+from fastdyn.delays import solve_dde
+
+TIGHT = {"rtol": 1e-10, "atol": 1e-12, "method": "Vern7"}
+
+
+def lagging(t, y, past, tau=1.0):
+    return [-past(t - tau)[0], y[0] - past(t - 2 * tau)[1]]
+
+
+def test_without_a_past_it_is_solve_ivp():
+    found = solve_dde(lambda t, y, past: [y[1], -y[0]], (0, 5), [1.0, 0.0], **TIGHT)
+    other = solve_ivp(lambda t, y: [y[1], -y[0]], (0, 5), [1.0, 0.0], **TIGHT)
+    np.testing.assert_array_equal(found.y, other.y)
+
+
+def test_outputs_are_those_of_the_steps():
+    whole = solve_dde(lagging, (0, 6), [1.0, 0.5], dense_output=True, **TIGHT)
+    times = np.linspace(0, 6, 25)
+    at = solve_dde(lagging, (0, 6), [1.0, 0.5], t_eval=times, **TIGHT)
+    np.testing.assert_allclose(at.y, whole.sol(times), rtol=0, atol=1e-14)
+    assert at.sol is None and at.t.tolist() == times.tolist()
+
+
+def test_more_steps_than_a_first_piece_of_output_holds():
+    long = solve_dde(lagging, (0, 60), [1.0, 0.5], args=(0.05,), **TIGHT)
+    assert len(long.t) > 1000
+    other = solve_dde(lagging, (0, 60), [1.0, 0.5], args=(0.05,), **{**TIGHT, "method": "Vern9"})
+    np.testing.assert_allclose(long.y[:, -1], other.y[:, -1], rtol=0, atol=1e-8)
+
+
+def test_a_solve_goes_on_from_an_earlier_one():
+    whole = solve_dde(lagging, (0, 8), [1.0, 0.5], **TIGHT)
+    first = solve_dde(lagging, (0, 1.5), [1.0, 0.5], dense_output=True, **TIGHT)
+    rest = solve_dde(lagging, (1.5, 8), first, jumps=[0.0], **TIGHT)
+    np.testing.assert_allclose(rest.y[:, -1], whole.y[:, -1], rtol=0, atol=1e-9)
+    again = solve_dde(lagging, (3.5, 8), _until(rest, 3.5), jumps=[0.0, 1.5], **TIGHT)
+    np.testing.assert_allclose(again.y[:, -1], whole.y[:, -1], rtol=0, atol=1e-9)
+
+
+def _until(first, t):
+    """The result of going on from 1.5 to t, whose history is another result."""
+    start = first.history._earlier
+    return solve_dde(lagging, (1.5, t), start, jumps=[0.0], dense_output=True, **TIGHT)
+
+
+def test_histories_are_numbers_functions_and_results():
+    def fun(t, y, past):
+        return [past(t - 1.0)[0]]
+
+    constant = solve_dde(fun, (0, 0.5), 2.0, **TIGHT).y[0, -1]
+    assert abs(constant - 3.0) < 1e-14
+    moving = solve_dde(fun, (0, 0.5), lambda t: [np.cos(t)], **TIGHT).y[0, -1]
+    assert abs(moving - (1 + np.sin(-0.5) - np.sin(-1.0))) < 1e-10
+    ordinary = solve_ivp(lambda t, y: [-y[0]], (-2, 0), [np.exp(2)], dense_output=True, **TIGHT)
+    follows = solve_dde(fun, (0, 0.5), ordinary, **TIGHT).y[0, -1]
+    assert abs(follows - (1 + np.exp(1.0) - np.exp(0.5))) < 1e-8
+    with pytest.raises(ValueError, match="before the start of the earlier result, -2"):
+        solve_dde(lambda t, y, past: [past(t - 3.0)[0]], (0, 1), ordinary, **TIGHT)
+
+
+def test_events_read_the_past():
+    def meets(t, y, past):
+        return y[0] - past(t - 1.0)[0] - 0.5
+
+    meets.terminal = True
+    found = solve_dde(lambda t, y, past: [1.0], (0, 5), [0.0], events=meets, **TIGHT)
+    assert found.status == 1
+    np.testing.assert_allclose(found.t_events[0], [0.5], rtol=1e-14)
+
+
+def test_a_function_in_python_names_its_delays():
+    seen = []
+
+    def noted(t, y, past):
+        seen.append(float(str(t)))
+        return [-past(t - 1.0)[0]]
+
+    with pytest.raises(ValueError, match="give `delays=`"):
+        solve_dde(noted, (0, 4), [1.0])
+    with pytest.warns(CompileWarning):
+        found = solve_dde(noted, (0, 4), [1.0], delays=[1.0], **TIGHT)
+    traced = solve_dde(lambda t, y, past: [-past(t - 1.0)[0]], (0, 4), [1.0], **TIGHT)
+    np.testing.assert_allclose(found.y, traced.y, rtol=0, atol=1e-14)
+    assert len(seen) > found.nfev
+
+
+def test_switching_times_are_carried_on_by_delays():
+    """A pulse of 0.01 in the equations comes back after each delay; no step jumps over one."""
+
+    def fun(t, y, past):
+        return [1.0 if 5.0 < t < 5.01 else 0.0, past(t - 3.0)[0]]
+
+    found = solve_dde(fun, (0, 12), [0.0, 0.0], rtol=1e-6, atol=1e-9)
+    assert abs(found.y[0, -1] - 0.01) < 1e-12
+    assert abs(found.y[1, -1] - 0.01 * (12 - 3 - 5.005)) < 1e-10
+    assert {8.0, 8.01} <= set(found.t.round(12).tolist())
+
+
+def test_a_jump_of_the_history_is_told():
+    def before(t):
+        return [1.0 if t > -0.5 else -1.0]
+
+    found = solve_dde(
+        lambda t, y, past: [past(t - 1.0)[0]], (0, 1), before, jumps=[-0.5], rtol=1e-3, atol=1e-6
+    )
+    assert abs(found.y[0, -1] - 1.0) < 1e-14  # 1 - 0.5 + 0.5
+
+
+def test_a_delay_that_vanishes_ends_the_solve_with_a_sentence():
+    found = solve_dde(
+        lambda t, y, past: [past(t - np.abs(1.0 - t) * 0.5)[0]], (0, 2), [1.0], rtol=1e-6
+    )
+    assert (found.status, found.success) == (-1, False)
+    assert "a delay vanishes" in found.message and abs(found.t[-1] - 1.0) < 1e-6
+
+
+def test_exceptions_of_function_and_history_are_raised():
+    def fails(t, y, past):
+        if t > 1.0:
+            raise RuntimeError("no more")
+        return [-past(t - 0.5)[0]]
+
+    with pytest.raises(RuntimeError, match="no more"):
+        solve_dde(fails, (0, 2), [1.0])
+
+    def lost(t):
+        if t < -0.25:
+            raise LookupError(f"nothing at {t}")
+        return [1.0]
+
+    with pytest.raises(LookupError, match="nothing"):
+        solve_dde(lambda t, y, past: [-past(t - 0.5)[0]], (0, 2), lost)
+
+
+def test_two_solves_do_not_share_their_past():
+    ends = []
+    for start in (1.0, 2.0, 1.0):
+        ends.append(solve_dde(lagging, (0, 6), [start, 0.5], **TIGHT).y[0, -1])
+    assert ends[0] == ends[2] != ends[1]
