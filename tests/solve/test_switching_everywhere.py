@@ -169,3 +169,16 @@ def test_steppers_tell(method):
     with pytest.warns(SwitchingWarning, match=f"no step of {method}"):
         while stepper.status == "running":
             stepper.step()
+
+
+def test_a_function_in_python_has_no_times():
+    """The function acts besides giving a value, which compiled code does not."""
+    seen = []
+
+    def fun(t, y, a):
+        seen.append(t)
+        return [a * pulse(t)]
+
+    with pytest.warns(match="runs in Python"):
+        whole = solve_ensemble(fun, (0, 10), [0.0], (np.ones(3),), method="RK45", max_step=0.1)
+    assert whole.y_end[:, 0] == pytest.approx(0.2, rel=0.1)

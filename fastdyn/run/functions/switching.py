@@ -37,8 +37,10 @@ def switching_of(problem, bound, others=()):
     if p.mode.residual:  # see `dae/switching.py`
         return None
     ends, held, n_pair = p.ends_at_switches, held_of(bound), len(bound.pair)
-    if ends or _place_told(bound, p.method) not in _notes_of(bound):
-        for place, each in enumerate(bound.pair or (bound,)):
+    own = bound.pair or (bound,)
+    compiled = own[0].function is not None
+    if compiled and (ends or _place_told(bound, p.method) not in _notes_of(bound)):
+        for place, each in enumerate(own):
             parts.append((place, each, switches_of(each, held)))
     if p.differentiated and not n_pair:
         hidden.append((0, bound, switches_of(bound, (), p.differentiated)))
@@ -58,9 +60,8 @@ def _place_told(bound, method):
 
 
 def _notes_of(bound):
-    """The notes of the equations; of a pair, those of its first part."""
-    function = (bound.pair or (bound,))[0].function
-    return {} if function is None else function.notes
+    """The notes of compiled equations; of a pair, those of its first part."""
+    return (bound.pair or (bound,))[0].function.notes
 
 
 class Switching:
