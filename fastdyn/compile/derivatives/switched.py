@@ -11,7 +11,7 @@ from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.graph.refusal import Refusal, Untraceable
-from fastdyn.trace.graph.switches import LARGEST, MOST, forced, hybrid, switches
+from fastdyn.trace.graph.switches import LARGEST, MOST, forced, hybrid, switches, with_signs
 from fastdyn.trace.operations import OPERATIONS
 from fastdyn.trace.reads.reads import flat
 
@@ -38,8 +38,12 @@ class Switched:
     def __init__(self, bound):
         self.fun, self.args = bound.keepalive[:2]
         self.function, self.n = bound.function, bound.n
-        self.graph, self.outputs = self.function.traced.trace.graph, self.function.traced.stored
+        self.graph = self.function.traced.trace.graph
+        self.outputs = self.function.derived("with signs", self._with_signs)
         self.all = self.function.derived("switches", self._found)
+
+    def _with_signs(self):
+        return with_signs(self.graph, self.function.traced.stored)
 
     def _found(self):
         size = len(live(self.outputs))

@@ -16,6 +16,7 @@ AT_REST = 1e-9  # share of f+ in the average with which a solution that rests le
 BEYOND = 1.0  # the average is smooth up to this share beyond f+ and f-: events locate its end
 MOST = 3  # switches of a function; each makes three formulas of one
 LARGEST = 20_000  # most formulas
+GUARD = 1e-9  # of an absolute value in a quotient; beyond, |x| / x rests in a zone of this width
 
 
 class Switch(NamedTuple):
@@ -53,6 +54,46 @@ def switches(graph, outputs, n):
         switch.above[node.key] = less and node.args[0] is b
         switch.below[node.key] = less and node.args[0] is a
     return [_with_rates(graph, switch, outputs, n) for switch in found.values()]
+
+
+def with_signs(graph, outputs):
+    """The outputs with each x / |x| and |x| / x as a choice by the sign of x, as of np.sign.
+
+    The absolute value is ``abs(x)`` or ``sqrt(x * x)``.  A choice by whether |x| is above a number
+    up to GUARD, which keeps the quotient from 0 / 0, becomes one by whether x is not 0.
+    """
+    of_abs = {node.key: x for node in live(outputs) if (x := _inside(node)) is not None}
+    replaced, zero = {}, graph.const(0.0)
+    for node in live(outputs):
+        if node.op == "div":
+            for x, other in (node.args, node.args[::-1]):
+                if of_abs.get(other.key) is x:
+                    behind = graph.select(graph.compare(zero, x, "lt"), graph.const(1.0), zero)
+                    below = graph.compare(x, zero, "lt")
+                    replaced[node.key] = graph.select(below, graph.const(-1.0), behind)
+        elif node.op in ("lt", "le") and _is_guard(node, of_abs):
+            less, more = node.args
+            x = of_abs.get(less.key, of_abs.get(more.key))
+            if x is not None:
+                still = graph.compare(x, zero, "eq")
+                replaced[node.key] = still if less.key in of_abs else graph.negation(still)
+    if not any(node.key in replaced for node in live(outputs) if node.op == "div"):
+        return outputs
+    return forced(graph, outputs, {}, replaced)
+
+
+def _is_guard(node, of_abs):
+    """Whether a comparison is one of an absolute value with a number up to GUARD."""
+    constants = [a.data for a in node.args if a.op == "const"]
+    return len(constants) == 1 and 0.0 <= constants[0] <= GUARD
+
+
+def _inside(node):
+    """The x of abs(x) and of sqrt(x * x); None for other nodes."""
+    (inner,) = node.args if node.op in ("abs", "sqrt") else (None,)
+    if node.op == "abs" or inner is None:
+        return inner
+    return inner.args[0] if inner.op == "mul" and inner.args[0] is inner.args[1] else None
 
 
 def _comparisons(conditions):
