@@ -59,6 +59,13 @@ def test_the_references_are_the_systems_of_the_course(name):
         "has s²/rad² too many."]),
     ("pendulum", "np.sin(theta)", "np.sin(np.radians(theta))", [
         "`omega'` takes an angle for one in degrees: the state is in radians."]),
+    ("pendulum", "np.sin(theta)", "theta", [
+        "`omega'` is right for small angles only: theta for sin(theta)?"]),
+    ("tension", "np.cos(theta)", "(1 - theta**2 / 2)", [
+        "`R` is right for small angles only."]),
+    ("drag", "speed * vx", "speed**2", [
+        "In `vx'` the term of the drag has the square of the size, vx² + vz², in the place of "
+        "sqrt(vx² + vz²) vx: it has no direction, and does not turn round with vx."]),
     ("pendulum", "g / l", "g", [
         "`omega'` as a whole has the wrong unit: rad/s² is due, and it has m too many."]),
     ("satellite", "[vx, vy, -GM * x / r**3, -GM * y / r**3]",
@@ -79,7 +86,7 @@ def test_what_is_wrong_is_found_where_it_is(name, old, new, sentences):
 
 
 def test_what_has_no_name_is_said_by_what_it_depends_on():
-    (found,) = wrong("pendulum", "np.sin(theta)", "theta")
+    (found,) = wrong("pendulum", "np.sin(theta)", "np.sin(2 * theta)")
     assert found.startswith("`omega'` differs, most of all at theta =") and "theta" in found
     assert wrong("drag", "-c * speed * vx", "-c * vx * vx")[0].startswith("`vx'` differs")
     (still,) = wrong("building", "d * np.sin", "0 * np.sin")

@@ -82,9 +82,14 @@ def test_one_array_that_is_filled_anew_is_read_each_time():
      "`omega'` as a whole has the wrong unit: rad/s² is due, and it has s² too many."),
     ("drag", lambda t, y, g, c: [y[2], y[3], -c * y[2]**2, -g - c * np.hypot(y[2], y[3]) * y[3]],
      "it should depend on vz, and does not."),
-    ("pendulum", lambda t, y, g, l: [y[1], -g / l * y[0]], "depends on theta and g and l."),
+    ("pendulum", lambda t, y, g, l: [y[1], -g / l * y[0]], 
+     "`omega'` is right for small angles only: theta for sin(theta)?"),
     ("pendulum", lambda t, y, g, l: [y[1], -g * np.sin(y[0] / l)],
+     "`omega'` is right for small angles only."),
+    ("pendulum", lambda t, y, g, l: [y[1], -g / l * np.sin(2 * y[0])],
      "differs, most of all at theta ="),
+    ("tension", lambda t, y, m, g, l: [m * l * y[1] ** 2 + m * g],
+     "`R` is right for small angles only: 1 for cos(theta)?"),
     ("pendulum", lambda t, y, g, l: [y[1], -g / l * np.sin(y[0]) - 0.1 * y[1]],
      "it depends on omega, and should not."),
     ("building", lambda t, y, m, k, L, d, omega, g: [y[2], y[3], 2 * k / m * (
@@ -153,6 +158,7 @@ def test_notes_say_where_the_order_of_parameters_differs(tmp_path, capsys):
     ("def pendulum(t, y, g, l)\n    return 1\n", "worksheet.py, line 1: expected ':'."),
     ("\0\1", "null bytes"),
     ("def pendulm(t, y, g, l):\n    return y\n", "did you mean pendulum?"),
+    ("def tower(t, y, m):\n    return y\n", "the system tower has no exercise."),
     ("x = input()\n", "worksheet.py, line 1: EOFError"),
     ("x = 1 / 0\n", "worksheet.py, line 1: ZeroDivisionError: division by zero"),
 ])  # fmt: skip

@@ -15,6 +15,7 @@ SAME = 1e-8  # relative
 ROUNDING = 1e-13  # relative to the largest component of the same unit
 POWERS = (1, -1, 2, -2)
 LARGE = 14.0  # logarithm of a number beyond which it stands for 0 or infinity
+SMALL, ABOUT = (0.1, 0.01), 0.2  # sizes of small angles; slack of an order found from these
 OTHER = 2  # seed of the values that are exchanged
 
 
@@ -142,6 +143,10 @@ def _difference(exercise, name, values, terms, right, samples, call):
         return said
     if said := _of_sign(exercise, name, values, samples):
         return said
+    if said := _of_direction(exercise, values, terms, samples):
+        return said
+    if said := _of_small_angles(exercise, name, samples, call):
+        return said
     if said := _of_number(exercise, name, values, samples, call):
         return said
     if said := _of_units(exercise, name, values, terms, samples):
@@ -198,6 +203,53 @@ def _of_sign(exercise, name, values, samples):
         if same(values, theirs):
             return f"{{names}} {{takes}} `{key}` with the wrong sign."
     return ""
+
+
+def _of_direction(exercise, values, terms, samples):
+    """A sentence about a term with the square of a size in place of the size times a component."""
+    _, y, _ = samples
+    sizes = [(a, b) for a, b in itertools.combinations(y, 2) if _alike(exercise, a, b)]
+    for (a, b), about, sign in itertools.product(sizes, terms, (1.0, -1.0)):
+        size = np.hypot(y[a], y[b])
+        for component in (a, b):
+            squared = terms[about] * sign * size / y[component]
+            if same(values, sum({**terms, about: squared}.values())):
+                return (
+                    f"In {{names}} the term of {about} has the square of the size, "
+                    f"{a}² + {b}², in the place of sqrt({a}² + {b}²) {component}: it has no "
+                    f"direction, and does not turn round with {component}."
+                )
+    return ""
+
+
+def _alike(exercise, a, b):
+    return exercise.state[a] == exercise.state[b]
+
+
+def _of_small_angles(exercise, name, samples, call):
+    """A sentence about a component that differs by the third order of small angles only."""
+    t, y, p = samples
+    angles = [key for key, unit in exercise.state.items() if unit == "rad"]
+    if not angles or exercise.project is not None:
+        return ""
+    off, size, found = [], [], []
+    for small in SMALL:
+        near = {key: small * one if key in angles else one for key, one in y.items()}
+        try:
+            theirs = call.values(t, near, p)[name]
+        except Refused:
+            return ""
+        right = sum(exercise.values(t, near, p)[name].values())
+        found.append(theirs)
+        off.append(np.abs(theirs - right).max())
+        size.append(np.abs(right).max())
+    order = math.log(off[0] / off[1]) / math.log(SMALL[0] / SMALL[1]) if min(off) > 0 else 0.0
+    if order < 2 - ABOUT or off[1] > SMALL[1] * size[1]:
+        return ""
+    said = "{names} {is} right for small angles only"
+    if same(found[0] / SMALL[0], found[1] / SMALL[1]):
+        return f"{said}: {angles[0]} for sin({angles[0]})?"
+    return f"{said}: 1 for cos({angles[0]})?" if same(*found) else f"{said}."
 
 
 def _of_units(exercise, name, values, terms, samples):

@@ -5,6 +5,8 @@ import inspect
 import runpy
 import types
 
+from fastdyn.systems import SYSTEMS
+
 from .compare import compared
 from .exercise import Exercise
 from .first_half import FIRST
@@ -73,7 +75,7 @@ def answers(made, exercises):
 
 
 def strays(made, answered, exercises):
-    """Sentences about functions whose names are nearly those of exercises without an answer."""
+    """Sentences about functions that answer no exercise: misspelt, or of systems without one."""
     said = []
     for name, one in made.items():
         if name in exercises or isinstance(one, types.ModuleType):
@@ -83,6 +85,9 @@ def strays(made, answered, exercises):
         if not (model or (own and callable(one))):
             continue
         name = getattr(one, "name", name) if model else name
+        if name.lower() in SYSTEMS and name.lower() not in exercises:
+            said.append(f"`{name}` is not judged: the system {name.lower()} has no exercise.")
+            continue
         near = difflib.get_close_matches(name.lower(), exercises, n=1, cutoff=ALIKE)
         if near and near[0] not in answered:
             said.append(f"`{name}` answers no exercise; did you mean {near[0]}?")
