@@ -139,7 +139,20 @@ def _forces(d):
         if one.body.rigid:
             lines.append(Line(f"on {one.name}, torque about its centre:", torque))
     names = ", ".join(map(d.formula.text, d.motion.reactions))
-    return [*lines, Line(f"reactions of unknown size: {names}")] if names else lines
+    lines += [Line(f"reactions of unknown size: {names}")] if names else []
+    for one in d.model.contacts:
+        size, reaction, most = one.names[0], f"|{one.name}|", d.formula.text(d.plain(one.static))
+        if one.name in d.at_rest:
+            lines.append(
+                Line(f"{size} holds the body: it rests while |{size}| <= ({most}) {reaction}")
+            )
+            continue
+        slipping = d.formula.text(d.plain(one.friction))
+        lines.append(Line(
+            f"{size} is ({slipping}) {reaction} against the slip; at rest it is what holds the "
+            f"body, at most ({most}) {reaction}"
+        ))  # fmt: skip
+    return lines
 
 
 def _laws(d):
@@ -175,15 +188,19 @@ def _constraints(d):
 
 
 def _start(d):
-    state = [*d.motion.q, *d.motion.v]
-    given = d.model.given
+    q, v, given = d.motion.q, d.motion.v, d.model.given
+    tied = {
+        s for one in d.held if one.position is not None for s in one.position.free_symbols & {*q}
+    }
+    tied |= {s for one in d.held for s in one.velocity.free_symbols & {*v}}
+    found = [s for s in (*q, *v) if s in tied and str(s) not in given]
     lines = [
         Line("", symbol, one)
-        for symbol, one in zip(state, d.start.expressions, strict=True)
-        if str(symbol) in given or not d.held
+        for symbol, one in zip((*q, *v), d.start.expressions, strict=True)
+        if symbol not in found
     ]
-    free = ", ".join(d.formula.text(s) for s in state if str(s) not in given) if d.held else ""
-    return [*lines, Line(f"found from the constraints: {free}")] if free else lines
+    names = ", ".join(map(d.formula.text, found))
+    return [*lines, Line(f"found from the constraints: {names}")] if names else lines
 
 
 def _solution(d):

@@ -88,3 +88,32 @@ def test_what_it_says_of_the_solution_is_what_is_solved(name):
     for equation in derivation.residuals():
         terms = sp.Add.make_args(equation.xreplace(known).xreplace(numbers).evalf(30))
         assert abs(sum(terms)) < sp.Float("1e-20")
+
+
+@pytest.mark.parametrize(
+    ("name", "found", "given"),
+    [
+        ("chaplygin_sleigh", "y'", ("x = 0", "y = 0", "th = 0")),
+        ("rolling_disc", "x', y'", ("yaw = 0", "spin = 0")),
+        ("vehicle", "x', y', th'", ("x = 0", "y = 0", "th = 0")),
+        ("pendulum_xy", "x, y'", ()),
+    ],
+)
+def test_what_no_constraint_holds_is_not_found_from_the_constraints(name, found, given):
+    """A blade holds a velocity; its place is free, and is given as 0."""
+    lines = str(explanation(name)).splitlines()
+    start = [line.strip() for line in lines[lines.index("8. Initial conditions") :]]
+    assert f"found from the constraints: {found}" in start
+    assert all(line in start for line in given)
+
+
+def test_friction_has_its_law_of_rest():
+    text = str(explanation("rod"))
+    assert "friction_N is (mu) |N| against the slip; at rest it is what holds the body" in text
+    assert "at most (mu) |N|" in text
+
+
+def test_the_force_of_a_contact_is_no_newton():
+    from fastdyn.derive.picture.figure import _words
+
+    assert _words("friction_N") == "friction, contact N" and _words("R_x") == "R x"

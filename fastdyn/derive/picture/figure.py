@@ -67,9 +67,7 @@ def _panels(system):
     forces: dict[str, list] = {}
     for name, function in system.quantities.items():
         if name != "energy" and function.unit:
-            forces.setdefault(function.unit, []).append(
-                (letters(name).replace("_", " "), _along(function))
-            )
+            forces.setdefault(function.unit, []).append((_words(name), _along(function)))
     panels += [(_label("reactions", names, unit), names) for unit, names in forces.items()]
     energy = system.invariants.get("energy") or system.quantities.get("energy")
     if energy is not None and len(panels) < PANELS:
@@ -173,3 +171,11 @@ def _apart(scenes):
         chosen.append(int(np.argmax(off)))
         off = np.minimum(off, np.linalg.norm(places - places[chosen[-1]], axis=1))
     return tried[np.sort(chosen)]
+
+
+def _words(name):
+    """A quantity in words; the N of `friction_N` is a force, and no newton."""
+    of, _, reaction = name.partition("_")
+    if of in ("friction", "slip") and reaction:
+        return f"{of}, contact {letters(reaction)}"
+    return letters(name).replace("_", " ")
