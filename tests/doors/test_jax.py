@@ -1,6 +1,8 @@
 """`fastdyn.jax`: derivatives in both directions, under the transformations of JAX."""
 
+import dataclasses
 import functools
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -309,3 +311,88 @@ def test_float32_is_refused_where_it_is_the_default():
             solve_ivp(pendulum, (0, 3), [1.0, 0.0], args=(9.81, 0.2))
     finally:
         jax.config.update("jax_enable_x64", True)
+
+
+class Pair(NamedTuple):
+    stiffness: object
+    damping: object
+
+
+@dataclasses.dataclass
+class Fields:
+    stiffness: object
+    damping: object
+
+
+def nested(t, y, p):
+    return [y[1], -p["k"] * np.sin(y[0]) - p["c"][0] * y[1]]
+
+
+def named(t, y, p):
+    return [y[1], -p.stiffness * np.sin(y[0]) - p.damping * y[1]]
+
+
+def listed(t, y, p):
+    return [y[1], -p[0] * np.sin(y[0]) - p[1][0] * y[1]]
+
+
+def crosses(t, y, p):
+    return y[0] - 0.01 * p["k"]
+
+
+@pytest.mark.parametrize(
+    ("fun", "tree"),
+    [
+        (nested, lambda k, c: {"k": k, "c": [c]}),
+        (named, Pair),
+        (named, Fields),
+        (listed, lambda k, c: (k, [c])),
+    ],
+)
+def test_containers_of_arrays(fun, tree):
+    """Values and gradients are those of the same numbers side by side, also under jit and vmap."""
+
+    def loss(k, c):
+        return jnp.sum(states(jnp.array([1.0, 0.0]), tree(k, c), fun=fun) ** 2)
+
+    def plain(k, c):
+        return jnp.sum(states(jnp.array([1.0, 0.0]), k, c) ** 2)
+
+    given = VALUES[1:]
+    both = [jax.value_and_grad(f, (0, 1))(*given) for f in (loss, plain)]
+    assert np.allclose(jax.tree.leaves(both[0]), jax.tree.leaves(both[1]), rtol=1e-9)
+    many = jnp.linspace(5.0, 9.0, 3), jnp.full(3, 0.2)
+    both = [jax.jit(jax.vmap(jax.grad(f)))(*many) for f in (loss, plain)]
+    assert np.allclose(*both, rtol=1e-6)
+
+
+def test_gradients_have_the_form_of_the_container():
+    def first(p):
+        return states(jnp.array([1.0, 0.0]), p, fun=nested)[0, -1]
+
+    found = jax.grad(first)({"k": VALUES[1], "c": [VALUES[2]]})
+    assert set(found) == {"k", "c"} and isinstance(found["c"], list)
+
+    def when(k):
+        how = {"args": ({"k": k, "c": [0.2]},), "events": crosses, **TIGHT}
+        return solve_ivp(nested, (0, 3), [1.0, 0.0], "Tsit5", **how).t_events[0][0]
+
+    check(when, (VALUES[1],), modes=("fwd", "rev"))
+    with pytest.raises(TypeError, match="`project` is a function, and `args` holds arrays in a"):
+        states(VALUES[0], {"k": VALUES[1], "c": [0.2]}, fun=nested, project=lambda t, y, p: y)
+
+
+def test_functions_of_jax_within_fun_are_refused():
+    """With and without derivatives, before anything is solved."""
+
+    def wrong(t, y, k):
+        return [y[1], -k * jnp.sin(y[0])]
+
+    for k in (2.0, VALUES[1]):
+        with pytest.raises(TypeError, match=r"`wrong` uses `jnp`.*np\.sin for jnp\.sin"):
+            solve_ivp(wrong, (0, 3), [1.0, 0.0], args=(k,))
+
+
+def test_a_complex_start_is_refused_as_complex():
+    with pytest.raises(TypeError, match="`y0` is of complex128: there are derivatives by real"):
+        solve_ivp(pendulum, (0, 3), jnp.array([1.0, 0.0]) + 0j, args=(9.81, 0.2))

@@ -50,8 +50,8 @@ def door(module, library, solve, ready=lambda: None, **words):
         t_eval : array_like, optional
             Times of output; by default the end of the span alone.
         args : tuple
-            Arguments of `fun` and of the events; {arrays} of float64 may vary, all else is
-            fixed.{shapes}
+            Arguments of `fun` and of the events; {arrays} of float64 may vary, also within dicts,
+            lists, NamedTuples and dataclasses; all else is fixed.{shapes}
         occurrences : int
             The number of occurrences of each event that are returned.
         **options

@@ -18,6 +18,7 @@ from fastdyn.problem.options.table import check_kinds
 
 from .call import Call, Fixed
 from .outputs import Shapes
+from .trees import apart
 
 OWN = (  # options without a meaning here
     "dense_output", "vectorized", "sensitivity", "adjoint", "error_estimate", "checkpoint",
@@ -87,7 +88,11 @@ def call_of(
             _refuse_outside(library, each)
     if occurrences.__class__ is not int or occurrences < 1:
         raise ValueError(f"`occurrences` must be a whole number above 0; got {occurrences!r}.")
-    given = (_state(library, y0), *_arguments(library, args))
+    held = apart(_arguments(library, args), library.holds, rows=True)
+    if any(held.trees):
+        fun, events = held.function(fun), [held.function(each) for each in watched]
+        _refuse_functions(options)
+    given = (_state(library, y0), *held.leaves)
     places = tuple([i for i, value in enumerate(given) if library.holds(value)])
     varying = [given[i] for i in places]
     for i, value in zip(places, varying, strict=True):
@@ -102,6 +107,16 @@ def call_of(
     inputs = tuple([_shape(library, _name(i), v) for i, v in zip(places, varying, strict=True)])
     fixed = Fixed(fun, (t0, tf), method, times, events, options)
     return Call(fixed, shapes, tuple(constants), places, inputs), varying
+
+
+def _refuse_functions(options):
+    """Refuse functions among options, which would get the numbers of a container side by side."""
+    for name, value in options.items():
+        if any(callable(each) for each in _items(value)):
+            raise TypeError(
+                f"`{name}` is a function, and `args` holds arrays in a dict, a list, a NamedTuple "
+                "or a dataclass: give them as arguments of their own."
+            )
 
 
 def _arguments(library, args):
@@ -147,6 +162,11 @@ def _refuse_type(library, name, value):
         return
     if found.startswith("float") or found.startswith("bfloat"):
         raise TypeError(f"{name} is of {found}; fastdyn computes in float64: {library.float64}")
+    if found.startswith("complex"):
+        raise TypeError(
+            f"{name} is of {found}: there are derivatives by real numbers only. Give real and "
+            "imaginary parts as numbers of their own."
+        )
     raise TypeError(
         f"{name} is of {found}, and has no derivatives: {library.float64}  What is to stay a whole "
         "number is given as a number of Python or an array of NumPy."
@@ -170,10 +190,22 @@ def _refuse_outside(library, function):
     """Refuse a function that uses an array of the library from outside of its arguments."""
     called = getattr(function, "__name__", "fun")
     for name, value in _outside(function, set()):
+        if _is_of(library, value):
+            raise TypeError(
+                f"`{called}` uses `{name}`, the module {value.__name__}: fastdyn compiles "
+                "functions that are written with NumPy and Python's own operations, np.sin for "
+                f"{name}.sin."
+            )
         said = f"`{name}`, which `{called}` takes from outside,"
         if library.holds(value):
             raise TypeError(HIDDEN.format(said, f"an array of {library.name}"))
         _refuse_hidden(library, said, value)
+
+
+def _is_of(library, value):
+    """Whether a value is a module of the library."""
+    root = getattr(value, "__name__", "").partition(".")[0]
+    return isinstance(value, types.ModuleType) and root == library.name.lower()
 
 
 def _outside(function, seen):
