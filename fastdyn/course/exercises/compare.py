@@ -10,12 +10,11 @@ from scipy.optimize import least_squares
 from fastdyn.systems.base.units import product_of
 
 from .call import Call, Refused
+from .mistakes import of_degrees, of_direction, of_sign, of_small_angles, same
 
-SAME = 1e-8  # relative
 ROUNDING = 1e-13  # relative to the largest component of the same unit
 POWERS = (1, -1, 2, -2)
 LARGE = 14.0  # logarithm of a number beyond which it stands for 0 or infinity
-SMALL, ABOUT = (0.1, 0.01), 0.2  # sizes of small angles; slack of an order found from these
 OTHER = 2  # seed of the values that are exchanged
 
 
@@ -124,11 +123,6 @@ def _of_names(sentence, names):
     return sentence.format(names=f"{', '.join(first)} and {last}" if first else last, **verbs)
 
 
-def same(a, b):
-    """Whether values are equal but for rounding."""
-    return np.abs(a - b).max() <= SAME * max(np.abs(a).max(), np.abs(b).max(), 1e-300)
-
-
 def _difference(exercise, name, values, terms, right, samples, call):
     """One defect of a component that is wrong, a sentence with {names} in the place of its name."""
     due = sum(terms.values())
@@ -139,13 +133,13 @@ def _difference(exercise, name, values, terms, right, samples, call):
     for other, theirs in right.items():
         if other != name and same(values, theirs):
             return f"{{names}} {{has}} the value of `{other}`: the order of what is returned?"
-    if said := _of_degrees(exercise, name, values, samples):
+    if said := of_degrees(exercise, name, values, samples):
         return said
-    if said := _of_sign(exercise, name, values, samples):
+    if said := of_sign(exercise, name, values, samples):
         return said
-    if said := _of_direction(exercise, values, terms, samples):
+    if said := of_direction(exercise, values, terms, samples):
         return said
-    if said := _of_small_angles(exercise, name, samples, call):
+    if said := of_small_angles(exercise, name, samples, call):
         return said
     if said := _of_number(exercise, name, values, samples, call):
         return said
@@ -177,79 +171,6 @@ def _of_terms(values, terms):
             more = "large" if factor > 1.0 else "small"
             said.append(f"the term of {about} is too {more}, by the same factor everywhere")
     return said
-
-
-def _of_degrees(exercise, name, values, samples):
-    t, y, p = samples
-    for factor, taken in ((math.pi / 180.0, "degrees"), (180.0 / math.pi, "radians")):
-        turned = {
-            key: one * factor if exercise.state[key] == "rad" else one for key, one in y.items()
-        }
-        theirs = sum(exercise.values(t, turned, p)[name].values())
-        if any(unit == "rad" for unit in exercise.state.values()) and same(values, theirs):
-            return f"{{names}} {{takes}} an angle for one in {taken}: the state is in radians."
-    return ""
-
-
-def _of_sign(exercise, name, values, samples):
-    """A sentence about a component in which one name has the wrong sign wherever it stands."""
-    t, y, p = samples
-    if exercise.project is not None:
-        return ""  # the reference holds on the constraints alone
-    for key in (*p, *y):
-        turned = [{k: -one if k == key else one for k, one in each.items()} for each in (y, p)]
-        with np.errstate(all="ignore"):
-            theirs = sum(exercise.values(t, *turned)[name].values())
-        if same(values, theirs):
-            return f"{{names}} {{takes}} `{key}` with the wrong sign."
-    return ""
-
-
-def _of_direction(exercise, values, terms, samples):
-    """A sentence about a term with the square of a size in place of the size times a component."""
-    _, y, _ = samples
-    sizes = [(a, b) for a, b in itertools.combinations(y, 2) if _alike(exercise, a, b)]
-    for (a, b), about, sign in itertools.product(sizes, terms, (1.0, -1.0)):
-        size = np.hypot(y[a], y[b])
-        for component in (a, b):
-            squared = terms[about] * sign * size / y[component]
-            if same(values, sum({**terms, about: squared}.values())):
-                return (
-                    f"In {{names}} the term of {about} has the square of the size, "
-                    f"{a}² + {b}², in the place of sqrt({a}² + {b}²) {component}: it has no "
-                    f"direction, and does not turn round with {component}."
-                )
-    return ""
-
-
-def _alike(exercise, a, b):
-    return exercise.state[a] == exercise.state[b]
-
-
-def _of_small_angles(exercise, name, samples, call):
-    """A sentence about a component that differs by the third order of small angles only."""
-    t, y, p = samples
-    angles = [key for key, unit in exercise.state.items() if unit == "rad"]
-    if not angles or exercise.project is not None:
-        return ""
-    off, size, found = [], [], []
-    for small in SMALL:
-        near = {key: small * one if key in angles else one for key, one in y.items()}
-        try:
-            theirs = call.values(t, near, p)[name]
-        except Refused:
-            return ""
-        right = sum(exercise.values(t, near, p)[name].values())
-        found.append(theirs)
-        off.append(np.abs(theirs - right).max())
-        size.append(np.abs(right).max())
-    order = math.log(off[0] / off[1]) / math.log(SMALL[0] / SMALL[1]) if min(off) > 0 else 0.0
-    if order < 2 - ABOUT or off[1] > SMALL[1] * size[1]:
-        return ""
-    said = "{names} {is} right for small angles only"
-    if same(found[0] / SMALL[0], found[1] / SMALL[1]):
-        return f"{said}: {angles[0]} for sin({angles[0]})?"
-    return f"{said}: 1 for cos({angles[0]})?" if same(*found) else f"{said}."
 
 
 def _of_units(exercise, name, values, terms, samples):
