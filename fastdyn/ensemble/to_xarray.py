@@ -32,6 +32,10 @@ def dataset(trajectories):
     if np.ndim(e.y) == 3:
         values["y"] = ((*of_each, "time"), _lazy(e.y))
         coordinates["time"] = ("time", e.t, second)
+    for name, slopes in getattr(e, "sensitivity", {}).items():
+        times = np.ndim(e.y) == 3
+        axes = tuple([f"{name}_{k}" for k in range(slopes.ndim - 2 - times)])
+        values[f"dy_d{name}"] = (*of_each, *axes, *["time"] * times), slopes
     if "first_event" in e.reduced:
         coordinates["event"] = e.event_names
     for name, reduced in e.reduced.items():

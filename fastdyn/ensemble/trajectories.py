@@ -164,6 +164,16 @@ class Trajectories:
         """True if a reduction is a time."""
         return name in ("max_time", "min_time", "first_event")
 
+    def to_pandas(self):
+        """A pandas.DataFrame: a row for each trajectory, with `t_eval` for each of its times.
+
+        Values that vary are columns, then components, or components at the end, and ``status``.
+        The index is the trajectory, or trajectory and time.
+        """
+        from .to_pandas import frame
+
+        return frame(self)
+
     def to_xarray(self):
         """An xarray.Dataset with dimensions trajectory, component and time.
 

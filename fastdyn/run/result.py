@@ -208,6 +208,7 @@ class OdeResult(dict):
     def to_xarray(self):
         """The states as an xarray.Dataset: ``y`` by component and time, and the counts.
 
+        Sensitivities are ``dy_dk`` for an argument k, and ``dy_dy0``, with axes ``y0_0``, ...
         Needs xarray, which ``fastdyn[cluster]`` installs.
         """
         counts = [field.name for field in COUNTS if field.name in self]
@@ -261,7 +262,10 @@ def _dataset(result, components, counts):
         coordinates |= {"unit": ("component", units), "meaning": ("component", meanings)}
     facts = {name: result[name] for name in ("status", "message", *counts)}
     facts = {name: value for name, value in facts.items() if value is not None}
-    values = {"y": (("component", "time"), _states(result, components))}
+    values: Any = {"y": (("component", "time"), _states(result, components))}
+    for name, slopes in (result.get("sensitivity") or {}).items():
+        axes = tuple([f"{name}_{k}" for k in range(np.ndim(slopes) - 2)])
+        values[f"dy_d{name}"] = ("component", *axes, "time"), slopes
     return xarray.Dataset(values, coordinates, facts)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib import pyplot
 
-from fastdyn import solve_ensemble, systems
+from fastdyn import solve_ensemble, solve_ivp, systems
 from fastdyn.ensemble import Shared
 from support.sweeps import FAST, crossing, labels, pendulum, plain
 
@@ -65,3 +65,47 @@ def test_a_stored_dataset_is_read_when_it_is_used(tmp_path):
     data = plain(store=tmp_path / "run.zarr", block=7, **options).to_xarray()
     assert isinstance(data.y.data, array.Array) and data.y.data.chunks[0][:2] == (7, 7)
     assert np.array_equal(data.y, plain(**options).y)
+
+
+def test_sensitivities_are_variables():
+    pytest.importorskip("xarray", reason="needs xarray")
+    stiffness, start = np.array([1.0, 2.0, 4.0]), [1.0, 0.0]
+
+    def spring(t, y, k):
+        return [y[1], -k * y[0]]
+
+    for t_eval, axes in ((None, ()), ([0.5, 1.0], ("time",))):
+        given = {"args": (stiffness,), "sensitivity": ("y0", "k"), "t_eval": t_eval}
+        run = solve_ensemble(spring, (0, 1), start, **given)
+        data = run.to_xarray()
+        assert data.dy_dk.dims == ("trajectory", "component", *axes)
+        assert data.dy_dy0.dims == ("trajectory", "component", "y0_0", *axes)
+        assert np.array_equal(data.dy_dy0, run.sensitivity["y0"])
+    alone = solve_ivp(spring, (0, 1), start, args=(2.0,), sensitivity="k").to_xarray()
+    assert alone.dy_dk.dims == ("component", "time")
+    assert alone.dy_dk.sizes["time"] == alone.sizes["time"]
+
+
+def test_a_frame_has_a_row_for_each_trajectory_or_time():
+    pandas = pytest.importorskip("pandas", reason="needs pandas")
+    result = plain(reduce=("max",))
+    frame = result.to_pandas()
+    assert isinstance(frame, pandas.DataFrame) and frame.index.name == "trajectory"
+    columns = ["stiffness", "y[0]", "y[1]", "t_end", "max of y[0]", "max of y[1]", "status"]
+    assert list(frame.columns) == columns and len(frame) == 40
+    assert np.array_equal(frame["y[1]"], result.y_end[:, 1])
+    assert np.array_equal(frame["max of y[0]"], result.reduced["max"][:, 0])
+    result = plain(t_eval=np.linspace(0, 4, 9))
+    frame = result.to_pandas()
+    assert frame.index.names == ["trajectory", "t"] and len(frame) == 40 * 9
+    assert frame.loc[(3, 4.0), "y[1]"] == result.y[3, 1, -1]
+    assert np.array_equal(frame.xs(0.5, level="t")["y[0]"], result.y[:, 0, 1])
+    assert frame.loc[(3, 4.0), "stiffness"] == result.parameters[1 - 1][3]
+
+
+def test_a_frame_of_a_system_has_units():
+    pytest.importorskip("pandas", reason="needs pandas")
+    run = systems.pendulum().ensemble(theta0=np.array([0.1, 0.2]), l=np.array([1.0, 2.0]))
+    frame = run.to_pandas()
+    assert frame.attrs["units"] == {"l": "m", "theta0": "rad", "theta": "rad", "omega": "rad/s"}
+    assert frame["theta"][1] == run.y_end[1, 0] and frame["l"][1] == 2.0
