@@ -23,6 +23,7 @@ from fastdyn.kernels.state.record import Y_OLD, Y
 from .functions.compared import states_of
 from .loop import counters
 from .matrices.check_jacobian import evaluated
+from .matrices.price import is_dear
 
 ON_THE_IMAGINARY_AXIS = {"Tsit5": 0.95, "Vern7": 4.5, "Vern9": 2.75}  # for the methods of "auto"
 OF_SERIES = {
@@ -140,6 +141,8 @@ def notice(problem, run):
         return  # the message tells the failure
     found = None if chosen else _held_back(problem, run)
     few = len(problem.y0) <= FEW and not problem.mode.complex_numbers
+    if found is not None and is_dear(run.bounds[0], len(problem.y0), _evaluations(problem, run)):
+        return  # the factorisations of an implicit method take longer
     if found is not None:
         said = f"{found} Take method='{'Rodas5P' if few else 'BDF'}' or 'Radau'."
     elif chosen:
@@ -148,6 +151,12 @@ def notice(problem, run):
         return
     function.notes[place] = MOST
     warn(said, StiffnessWarning)
+
+
+def _evaluations(problem, run):
+    """The evaluations of a run, but for those of its start."""
+    accepted, rejected, *_ = counters(run.memory)
+    return (accepted + rejected) * problem.method.n_stages
 
 
 def _slides(t):

@@ -102,3 +102,37 @@ def test_a_twisting_controller_is_named():
     assert run.status == -1 and "a point on 2 switches of `fun` at once" in run.message
     once = fastdyn.solve_ivp(lambda t, y: [y[0] ** 2 + np.sign(y[0])], (0, 10), [1.0], "Taylor")
     assert once.status == -1 and "switches" not in once.message
+
+
+def spread(w):
+    sides = np.roll(w, 1, 0) + np.roll(w, -1, 0) + np.roll(w, 1, 1) + np.roll(w, -1, 1)
+    return sides - 4 * w
+
+
+def heat(t, y, d):
+    w = y.reshape(32, 64)
+    return (d * spread(w) + 1 - w).ravel()
+
+
+def two_species(t, y, d):
+    u, v = y.reshape(2, 32, 32)
+    du, dv = d * spread(u) + 1 - u * v, d * spread(v) + u * v - v
+    return np.concatenate([du.ravel(), dv.ravel()])
+
+
+@pytest.mark.parametrize(("fun", "d", "told"), [
+    (heat, 100.0, True),  # BDF takes two thirds of the time
+    (two_species, 100.0, False),  # BDF takes as long: 14 factorisations of 12 ms
+    (two_species, 400.0, True),
+])  # fmt: skip
+def test_the_price_of_matrices_decides(fun, d, told):
+    start = 1.0 + 0.1 * np.random.default_rng(0).random(2048)
+
+    def own(t, y, d):  # notes are of a function
+        return fun(t, y, d)
+
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        run = fastdyn.solve_ivp(own, (0, 12), start, "Tsit5", args=(d,))
+    stiff = [w for w in said if issubclass(w.category, fastdyn.StiffnessWarning)]
+    assert run.n_accepted > stiffness.MANY and len(stiff) == told

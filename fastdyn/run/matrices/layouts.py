@@ -116,7 +116,7 @@ def matrices_of(problem, bound, block):
         entries = sparsity
         jacobian = with_groups(entries_block(entries, n), entries, n)
     known = None if _takes_all(p, jacobian) else entries
-    layout, (words, routines), solver = _layout(n, known, p.mass), _straight_words(p, known), None
+    layout, (words, routines), solver = layout_of(n, known, p.mass), _straight_words(p, known), None
     if layout is not None:
         check_full_matrices(p.method, p.band, n, layout.rows)
         if layout.kind == OUTSIDE:
@@ -164,7 +164,7 @@ def _takes_all(problem, block):
     return problem.method.name == LSODA and not (known and problem.band == NO_BAND)
 
 
-def _layout(n, entries, mass):
+def layout_of(n, entries, mass):
     """The Layout of matrices with the given entries; `entries` None stands for all elements.
 
     Returns None for our own elimination of a full matrix.
