@@ -95,7 +95,6 @@ def test_a_failure_is_nan():
             "`t_span` is an array of PyTensor that varies",
             lambda k: solve_ivp(pendulum, (0, k), [1.0, 0.0], args=(k, k)),
         ),
-        (TypeError, r"`args\[0\]` is an array", lambda k: states([1.0, 0.0], [k], 0.2)),
         (gradient.NullTypeGradError, "differentiated once", lambda k: twice(k)),
     ],
 )

@@ -93,7 +93,6 @@ def with_global(t, y, k):
             "`STRAY`, which `with_global` takes",
             lambda k: states([1.0, 0.0], k, fun=with_global),
         ),
-        (TypeError, r"`args\[0\]` is an array", lambda k: states([1.0, 0.0], [k], 0.2)),
         (NotImplementedError, "differentiated once", lambda k: twice(k)),
     ],
 )
