@@ -47,6 +47,7 @@ class Solution:
 
     def __init__(self, call, result, output, events):
         self.call, self.solver, self.interpolant = call, call.solver.name, result.sol
+        self.result = result
         self.x, self.y = np.asarray(result.t), np.asarray(result.y)
         self.xe: Any = None
         self.ye: Any = None
