@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from support import hanging
+from support.apart import Apart
 
 matplotlib.use("Agg")
 gc.set_threshold(100_000, 20, 100)  # compiling makes many small objects that live long
@@ -52,7 +53,14 @@ def pytest_sessionstart(session):
 
 
 def pytest_configure(config):
-    config.stash[WATCH] = hanging.start(os.dup(2))  # nothing captures stderr yet
+    stderr = os.dup(2)  # nothing captures stderr yet
+
+    def watched():
+        config.stash[WATCH] = hanging.start(stderr)
+
+    watched()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        config.pluginmanager.register(Apart(watched))
 
 
 def pytest_runtest_setup(item):

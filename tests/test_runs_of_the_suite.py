@@ -1,9 +1,13 @@
-"""How the tests run: what hangs is ended, and no plugin of pytest's is needed."""
+"""How the tests run: what hangs is ended, memory goes, and no plugin of pytest's is needed."""
 
 import pathlib
 import subprocess
 import sys
+import textwrap
 
+import pytest
+
+from support.apart import CAN_FORK
 from support.hanging import Patience
 
 TESTS = pathlib.Path(__file__).parent
@@ -12,10 +16,10 @@ import os, threading, time
 from support.hanging import Patience, watch
 
 def waits_for_ever():
+    patience.begin("a test")
     time.sleep(600)
 
 patience = Patience(10**9, most=0.0)
-patience.begin("a test")
 ended = threading.Event()
 threading.Thread(target=watch, args=(patience, os.dup(2), ended, 0.01), daemon=True).start()
 waits_for_ever()
@@ -42,3 +46,69 @@ def test_the_tests_run_without_the_cache_of_pytest():
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", one]
     done = subprocess.run(command, cwd=TESTS.parent, capture_output=True)
     assert done.returncode == 0, done.stdout.decode()
+
+
+IN_FOLDERS = {
+    "conftest.py": """
+        import os, sys
+        import pytest
+        sys.path.insert(0, TESTS)
+        from support.apart import Apart
+
+        def pytest_configure(config):
+            config.pluginmanager.register(Apart(lambda: None))
+
+        @pytest.fixture(scope="session")
+        def ended():
+            yield
+            print("the session of", os.getpid(), "ended")
+        """,
+    "a/test_a.py": """
+        import os, sys, warnings
+        import pytest
+        sys.kept = []
+
+        def test_something_is_kept(ended):
+            sys.kept.append(os.getpid())
+
+        @pytest.mark.filterwarnings("ignore:named")
+        def test_the_marks_of_a_test_hold():
+            warnings.warn("named", stacklevel=1)
+            assert sys.kept == [os.getpid()]
+
+        def test_they_hold_for_that_test_alone(request):
+            with pytest.raises(UserWarning):
+                warnings.warn("named", stacklevel=1)
+
+        def test_the_process_ends():
+            os.kill(os.getpid(), 9)
+
+        def test_another_process_goes_on(ended):
+            assert sys.kept == []
+        """,
+    "b/test_b.py": """
+        import sys
+
+        def test_what_was_kept_is_gone():
+            assert sys.kept == []
+
+        def test_a_failure_is_shown():
+            print("before it failed")
+            assert [1, 2] == [1, 3]
+        """,
+}
+
+
+@pytest.mark.skipif(not CAN_FORK, reason="needs fork")
+def test_each_folder_runs_in_a_process_that_ends(tmp_path):
+    for name, text in IN_FOLDERS.items():
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(textwrap.dedent(text).replace("TESTS", repr(str(TESTS))))
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-W", "error", "-q", "-rA"]
+    done = subprocess.run([*command, "."], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1, done.stderr
+    assert "2 failed, 5 passed" in done.stdout
+    assert "the process of this folder of tests ended by signal or exit status -9" in done.stdout
+    assert done.stdout.count("the session of") == 1  # of the second process; the first was killed
+    assert "before it failed" in done.stdout and "At index 1 diff: 2 != 3" in done.stdout

@@ -12,19 +12,23 @@ from fastdyn.solve.differentiable import call as calls
 from tests.doors import problems
 from tests.doors.problems import TIGHT, TIMES, pendulum
 
-jax = pytest.importorskip("jax")
-jax.config.update("jax_enable_x64", True)
 
-import jax.numpy as jnp  # noqa: E402
-from jax.test_util import check_grads  # noqa: E402
+@pytest.fixture(scope="module", autouse=True)
+def library():
+    """JAX comes with the first of these tests: collecting them would cost each process 200 MB."""
+    global SPRINGS, STRAY, STRETCHED, VALUES, check, jax, jnp, solve_ivp
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    import jax.numpy as jnp
+    from jax.test_util import check_grads
 
-import fastdyn.jax  # noqa: E402
-from fastdyn.jax import solve_ivp  # noqa: E402
+    from fastdyn.jax import solve_ivp
 
-check = functools.partial(check_grads, order=1, rtol=1e-5, atol=1e-5)  # of differences
-VALUES = jnp.array([1.0, 0.0]), jnp.float64(9.81), jnp.float64(0.2)
-SPRINGS = jnp.linspace(0.5, 2.0, 6)  # more directions than sensitivities are taken for
-STRETCHED = jnp.concatenate((jnp.sin(jnp.arange(1.0, 6.0)), jnp.zeros(5)))
+    check = functools.partial(check_grads, order=1, rtol=1e-5, atol=1e-5)  # of differences
+    VALUES = jnp.array([1.0, 0.0]), jnp.float64(9.81), jnp.float64(0.2)
+    SPRINGS = jnp.linspace(0.5, 2.0, 6)  # more directions than sensitivities are taken for
+    STRETCHED = jnp.concatenate((jnp.sin(jnp.arange(1.0, 6.0)), jnp.zeros(5)))
+    STRAY = jnp.float64(9.81)
 
 
 def states(y0, *args, method="Tsit5", fun=pendulum, **options):
@@ -205,9 +209,6 @@ def test_what_is_not_reached_is_nan():
     slopes = jax.vmap(jax.grad(lambda y: many(y[None]).y.sum()))(jnp.array([1.0, jnp.nan]))
     assert np.isfinite(slopes[0]) and np.isnan(slopes[1])
     assert np.array_equal(found.status, [0, -1]) and np.isnan(found.y).any((1, 2))[1]
-
-
-STRAY = jnp.float64(9.81)
 
 
 def of_jax(t, y, k, d):
