@@ -1,5 +1,6 @@
 """Explicit methods notice that stability holds them back."""
 
+import inspect
 import math
 import warnings
 from fractions import Fraction
@@ -10,8 +11,10 @@ import pytest
 import fastdyn
 from fastdyn.compile import memory
 from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.methods.method import stability_polynomial
 from fastdyn.kernels.methods.taylor import accuracy
 from fastdyn.run import stiffness
+from fastdyn.solve import automatic
 
 
 @pytest.mark.parametrize("name", [name for name, m in METHODS.items() if m.stable_to])
@@ -27,6 +30,16 @@ def test_limits_are_those_of_the_tables(name):
 
     inside = np.linspace(0.01, method.stable_to, 500)
     assert max(map(growth, inside)) <= 1.0 < growth(method.stable_to + 0.02)
+
+
+def test_limits_of_oscillations_follow_from_the_tables():
+    """A growth of 1e-4 a step is none that a run of some thousand steps shows."""
+    found, z = {}, np.arange(1, 4000) / 400
+    named = inspect.getsource(automatic)
+    for name in [n for n, method in METHODS.items() if method.is_pair and f'"{n}"' in named]:
+        growth = abs(np.polyval(stability_polynomial(METHODS[name].tableau), 1j * z))
+        found[name] = np.floor(20 * z[(growth > 1 + 1e-4).argmax()]) / 20
+    assert found == stiffness.ON_THE_IMAGINARY_AXIS
 
 
 @pytest.mark.parametrize("order", stiffness.OF_SERIES)
