@@ -316,11 +316,17 @@ def derivative(value, n, mode: Mode = DERIVATIVE):
             f"({n},), unless `vectorized` is set"
         )
     if array.size != n or (array.ndim > 1 and array.shape != (n, 1)):
+        of = "`q0` and `p0`" if mode.half is not None else "`y0`"
+        wanted = f"it must return one for each component of {of}"
+        if array.ndim > 1:
+            product = ": is A @ y meant, and not A * y?" if array.shape == (n, n) else ""
+            raise OtherShape(
+                f"`{name}` returned an array of shape {array.shape}, {array.size} values in rows, "
+                f"for a state of {n}; {wanted}, in one row of shape ({n},){product}"
+            )
         raise OtherShape(
-            f"`{name}` returned {array.size} value{'s' * (array.size != 1)} for a state of {n}; it "
-            "must return one for each component of "
-            f"{'`q0` and `p0`' if mode.half is not None else '`y0`'}"
-            + (f": it returned an array of shape {array.shape}" if array.ndim > 1 else "")
+            f"`{name}` returned {array.size} value{'s' * (array.size != 1)} for a state of {n}; "
+            f"{wanted}"
         )
     return array.reshape(n)
 

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from fastdyn.words import kinds
 
 from . import mass, validate
@@ -48,6 +50,12 @@ def checked(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, a
     ------
     ValueError, TypeError
     """
+    numbers = isinstance(method, np.ndarray | list | tuple | range)
+    if numbers and np.asarray(method).dtype.kind in "fiu":
+        raise TypeError(
+            f"`method` is the name of a method; got {kinds.shown(method)}: times of output are "
+            "`t_eval`, solve_ivp(fun, (t0, tf), y0, t_eval=...)."
+        )
     automatic = isinstance(method, str) and method == "auto"
     ours = None if automatic else validate.method_named(method, automatic=True)
     state = validate.initial_state(y0)
@@ -57,7 +65,12 @@ def checked(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, a
         check_kinds(options)
     if "callback" in options:
         OPTIONS["callback"].check(options["callback"])
-    t0, tf = validate.time_span(t_span)
+    try:
+        t0, tf = validate.time_span(t_span)
+    except (TypeError, ValueError) as error:
+        if is_exchanged(state):
+            error.add_note(EXCHANGED)
+        raise
     if automatic or ours is not None:
         warn_of_breakpoints(options.get("breakpoints"), t0, tf)
     pop = options.pop
@@ -67,6 +80,15 @@ def checked(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, a
         discrete=pop("discrete", None), sensitivity=pop("sensitivity", None),
         adjoint=pop("adjoint", None), error_estimate=pop("error_estimate", None), given_y0=y0,
     )  # fmt: skip
+
+
+EXCHANGED = "Are they exchanged? The order is fun, t_span, y0; times of output are `t_eval`."
+
+
+def is_exchanged(state):
+    """Whether a state looks like times of output: three numbers or more, which rise evenly."""
+    steps = np.diff(state.real)
+    return len(steps) > 1 and bool((steps > 0).all() and np.ptp(steps) < 1e-9 * abs(state).max())
 
 
 def refuse(who, options):

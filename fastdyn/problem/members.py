@@ -44,10 +44,15 @@ def _column(j, value):
     if array.ndim == 0:
         return None
     if array.ndim > 1 or array.dtype.kind not in "fiub":
+        rows = (
+            " Rows of parameters are given as columns: args=tuple(parameters.T)."
+            if (array.ndim == 2)
+            else ""
+        )
         raise ValueError(
             f"`args[{j}]` must be a number or a 1-D array of numbers, one a trajectory; it has "
             f"shape {array.shape} and dtype {array.dtype}. Wrap what all share in `Shared`; give "
-            "real and imaginary parts of complex numbers as two arguments."
+            f"real and imaginary parts of complex numbers as two arguments.{rows}"
         )
     if array.dtype.kind in "iu" and (abs(array.astype(float)) > LARGEST_WHOLE).any():
         raise ValueError(

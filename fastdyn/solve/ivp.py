@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fastdyn.compile.python_callback import OtherShape
 from fastdyn.problem import validate
-from fastdyn.problem.arguments import checked
+from fastdyn.problem.arguments import EXCHANGED, checked, is_exchanged
 from fastdyn.problem.discrete import longer as with_discrete_states
 from fastdyn.problem.options.docstrings import documented, filled
 from fastdyn.run.result import FIELDS
@@ -140,6 +141,11 @@ def solve_ivp(
     )
     validate.function(fun)
     if asked.discrete is None:
-        return automatic.solved(asked)
+        try:
+            return automatic.solved(asked)
+        except OtherShape as error:
+            if is_exchanged(asked.y0):
+                error.add_note(EXCHANGED)
+            raise
     longer, n = with_discrete_states(asked)
     return parted(automatic.solved(longer), n)

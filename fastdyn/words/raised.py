@@ -262,13 +262,16 @@ def _place(raised, found):
     """Where the function has no value: at which time and state."""
     y = np.array2string(raised.y[:LONG], precision=6, separator=", ")
     more = "" if len(raised.y) <= LONG else f" and {len(raised.y) - LONG} more components"
-    return f"{raised.who} was called at t = {raised.t:.10g}, y = {y}{more}."
+    at = f"{raised.who} was called at t = {raised.t:.10g}, y = {y}{more}."
+    if isinstance(raised.error, ValueError) and raised.form.startswith("fun(t"):
+        at += " If it is defined for some states alone, give `domain=` or `nonnegative=`."
+    return at
 
 
 FLOAT = r"(?:numpy\.)?float(?:64)?"
 WIDE = (
     r"could not be broadcast|inhomogeneous|setting an array element|"
-    r"(?:values|value) for a state|mismatch in its core dimension|can't multiply sequence|"
+    r"values? (?:in rows, )?for a state|mismatch in its core dimension|can't multiply sequence|"
     r"did not contain a loop|unsupported operand|bad operand|can only concatenate|Cannot cast|"
     r"ufunc '\w+' not supported"
 )

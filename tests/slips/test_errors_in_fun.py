@@ -97,11 +97,18 @@ class Oscillator:
         return [y[1], -y[0]]
 
 
+def root_of(t, y):
+    return [y[1], -math.sqrt(y[0] - 2.0)]
+
+
 CALLED = "`fun` is called as fun(t, y, *args)"
 IN_FUN = [  # fun, args, type of the exception, sentence
     (texts, (), ValueError, "`fun` returned ['a', 'b']; it must return 2 numbers"),
     (lambda t, y: None, (), TypeError, "without a `return`, a function returns None"),
-    (lambda t, y: np.eye(2), (), ValueError, "it returned an array of shape (2, 2)"),
+    (lambda t, y: np.eye(2), (), ValueError, "returned an array of shape (2, 2), 4 values in rows"),
+    (lambda t, y: np.eye(2) * y, (), ValueError, "is A @ y meant, and not A * y?"),
+    (lambda t, y: [[y[1], -y[0]]], (), ValueError, "for each component of `y0`, in one row of"),
+    (root_of, (), ValueError, "give `domain=` or `nonnegative=`."),
     (of_odeint, (), TypeError, "its first argument, `y` here, is the time. For a function in the"),
     (of_odeint_by_other_names, (), TypeError, "its first argument, `s` here, is the time"),
     (unpacked, (), TypeError, "its first argument, `state` here, is the time"),

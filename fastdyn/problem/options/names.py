@@ -13,6 +13,8 @@ FEW = 6  # methods that a sentence names
 OTHER_WORDS = {  # names in other packages
     "solver": "method", "tspan": "t_span", "x0": "y0", "teval": "t_eval", "params": "args",
     "parameters": "args", "ics": "y0", "energy": "invariants",
+    "p": "args", "saveat": "t_eval", "mxstep": "max_steps",
+    "nsteps": "max_steps", "maxiters": "max_steps", "dtmax": "max_step",
     **{word: o.name for o in ALL_OPTIONS for word in (*o.words.split(), o.matlab.lower()) if word},
 }  # fmt: skip
 
