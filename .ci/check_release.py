@@ -69,6 +69,10 @@ def check(archive, number):
         tops = {name.partition("/")[0] for name in found}
         assert tops == {"fastdyn", f"fastdyn-{number}.dist-info"}, tops
         assert "fastdyn/kernels/methods/facts.json" in found and "fastdyn/py.typed" in found
+        assert {
+            "fastdyn/trace/emit/source/helpers.c",
+            "fastdyn/pages/assets/uplot/LICENSE",
+        } <= found
     else:
         assert found >= SOURCES, SOURCES - found
 

@@ -8,15 +8,24 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.explore.pictures import flat
+from fastdyn.explore.sliders import END
 from fastdyn.systems.base.export import of_arguments, of_instance
 from fastdyn.trace.emit.source.files import javascript
 from fastdyn.trace.emit.source.functions import Exported, NotExported
 from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.switching.switches import switches
 from fastdyn.words.letters import letters
 
 MOVED = 1.05  # a number by which a parameter is moved, to see whether shapes follow
 SEEN = 1e-3  # of the size of a picture: less is not seen
+DRAWS = 3  # of parameters within the ranges of sliders, at which switching times are sought
 GROUPS = ("invariants", "quantities", "constraints")
+
+
+NO_TIMES = (
+    "A page has no form of steps that end at given times, and could lose a pulse: {}. Solve it in "
+    "Python, or serve it by `fastdyn explore`."
+)
 
 
 class Text(NamedTuple):
@@ -77,7 +86,11 @@ class Functions:
         given = {name: make.choices[name][word] for name, word in chosen.items()}
         system = dataclasses.replace(self.system, **given)
         parts, first = _Parts(system, self.numbers), not self.events and not self.values
+        if system.breakpoints is not None:
+            raise NotExported(NO_TIMES.format(f"the {make.name} has breakpoints"))
         rhs = parts.of(system.rhs, (len(system.states),), "rhs")
+        if _switches(rhs, END[1] * make.t_end):
+            raise NotExported(NO_TIMES.format(f"the equations of {make.name} switch with the time"))
         self.second_order &= _is_second_order(rhs, len(system.states))
         parts.add("rhs", rhs)
         self._start(system, parts)
@@ -240,6 +253,16 @@ class _Parts:
 
     def text(self):
         return "{" + ",\n".join(self.members) + "}"
+
+
+def _switches(rhs, t_end):
+    """Whether equations switch with the time alone, for some values of their parameters."""
+    found = switches(rhs.trace.graph, rhs.outputs, ())
+    if found is None:
+        return False
+    first, draws = np.array(rhs.trace.graph.values), np.random.default_rng(0)
+    tried = [first, *(first * draws.uniform(0.1, 3.0, len(first)) for _ in range(DRAWS))]
+    return any(len(found.times(values, 0.0, t_end).t) for values in tried)
 
 
 def _is_second_order(rhs, n):

@@ -44,7 +44,7 @@ def page(system):
         "TITLE": html.escape(system.title), "SOURCE": html.escape(system.source),
         "STYLE": "\n".join([_asset("uplot/uPlot.min.css"), grid("main"), rules]),
         "LICENSE": html.escape(_asset("uplot/LICENSE")),
-        "UPLOT": _script(_asset("uplot/uPlot.iife.min.js")), "SCRIPT": _script(script),
+        "UPLOT": _asset("uplot/uPlot.iife.min.js"), "SCRIPT": script,
         "STEPS": _steps(system), "LEFT": _left_out(functions),
     }  # fmt: skip
     return re.sub(r"\{\{(\w+)\}\}", lambda found: places[found[1]], _asset("page.html"))
@@ -64,13 +64,8 @@ def _asset(name):
     return (ASSETS / name).read_text(encoding="utf-8")
 
 
-def _script(text):
-    """A script that nothing in it can end."""
-    return re.sub(r"</(?=script)|<!--", lambda found: found[0].replace("<", "\\x3c"), text)
-
-
 def _json(value):
-    """JSON that is JavaScript in a page, too."""
+    """JSON that is JavaScript in a page, too, and can end no script."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -112,11 +107,19 @@ def _data(system, functions):
         "tolerances": TOLERANCES, "steps": CONSTANT_STEPS,
         "values": functions.values, "events": functions.events, "derived": functions.derived,
         "noneIn": {phases.index(name): list(found) for name, found in make.none_in.items()},
-        "scene": functions.scene, "coordinates": max(1, n // 2),
+        "pushing": _pushing(system, functions), "scene": functions.scene,
+        "coordinates": max(1, n // 2),
         "component": 0, "across": 0, "upwards": n // 2 if n > 1 else 0,
         "kept": kept, "value": quantity,
         "colours": {"ways": COLOURS[:2], "body": COLOURS[4], "trail": COLOURS[5], "ground": GROUND},
     }  # fmt: skip
+
+
+def _pushing(system, functions):
+    """Of a derived system: [index of a normal force, the body that it pushes]."""
+    known = system.derivation.model.pushing if hasattr(system, "derivation") else {}
+    names = [one["name"] for one in functions.values]
+    return [[names.index(name), str(body)] for name, body in known.items() if name in names]
 
 
 def _slider(one) -> dict[str, Any]:

@@ -206,6 +206,17 @@ def test_the_mass_matrix_of_a_derived_system(name, compiled):
     assert not raised and math.isclose(kinetic, right, rel_tol=1e-12)
 
 
+def test_the_phases_of_the_cable(compiled):
+    system = systems.cable()
+    found, y = code(system), [0.3, 0.4, 1.0, -2.0]
+    p = [one.value for one in found.parameters]
+    names = {"flight_rhs": 4, "flight_ends": 1, "cable_rhs": 4, "cable_ends": 1}
+    answers = compiled(found)([(name, 0.0, y, p, n) for name, n in names.items()])
+    assert answers[0][1].tolist() == [1.0, -2.0, 0.0, 9.81]
+    assert close(answers[1][1], 0.3**2 + 0.4**2 - 1.0)
+    assert close(answers[2][1], system.rhs(0.0, y, *system.args))
+
+
 # -- what is not exported, and the command
 
 MINE = """

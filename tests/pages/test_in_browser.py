@@ -202,3 +202,21 @@ def test_files_are_made(driver, pendulum):
     ) and first.startswith("0,0,4,") and len(rest) > 500  # fmt: skip
     png = driver.execute_script("return picture().toDataURL()").partition(",")[2]
     assert base64.b64decode(png)[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_a_contact_that_pulls_is_told(driver, tmp_path):
+    pytest.importorskip("sympy", reason="the extra `derive` is not installed")
+    from fastdyn.derive import Model, i, j, t
+
+    board = Model("lift")
+    x, y = board.coordinates("x y")
+    ball = board.particle(2.0, x * i + y * j, "ball")
+    ball.force((10 - 20 * t) * j)
+    ball.slides(j, board.reactions("N"), through=0 * i)
+    board.start(vx=1.0)
+    with pytest.warns(UserWarning, match="normal force N of the lift is negative"):
+        file = board.newton().system().page(tmp_path / "lift.html")
+    opened(driver, file)
+    said = driver.execute_script("return document.getElementById('said').textContent")
+    assert said.startswith("The normal force N is negative from about t = 0 s")
+    assert said.endswith("ball would leave a surface there.")

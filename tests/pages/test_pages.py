@@ -15,6 +15,7 @@ from fastdyn.pages import html as of_page
 from fastdyn.pages import methods, plain, site
 from fastdyn.pages.functions import Functions
 from fastdyn.systems.base import State, System, parameter, quantity
+from fastdyn.trace.emit.source.functions import NotExported
 from support.pages import DERIVED, Case, by_node, compare
 
 needs_node = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
@@ -194,3 +195,38 @@ def test_the_page_of_a_plain_function(tmp_path):
     assert [call[1] for call in calls] == ["RK45", "RK4", "EnergyConserving2"]
     compare(calls, runs, by_node(of_page.solver(functions), case, calls, tmp_path))
     assert np.allclose(functions.system.initial_state(), 1.0)
+
+
+# -- what a page could not solve as fastdyn does
+
+
+def pulse(t, y, a):
+    return [a if 1.0 < t < 1.01 else 0.0]
+
+
+def test_a_page_loses_no_pulse():
+    system = plain.system_of(pulse, "pulse", [0.0], (2.0,), {})
+    with pytest.raises(NotExported, match="the equations of pulse switch with the time"):
+        of_page.page(system)
+    times = np.linspace(0.0, 3.0, 4)
+    building = systems.building.sampled(times, displacements=0.1 * times)
+    with pytest.raises(NotExported, match="the building has breakpoints"):
+        of_page.page(building)
+
+
+def test_friction_is_refused(tmp_path):
+    pytest.importorskip("sympy", reason="the extra `derive` is not installed")
+    from fastdyn.derive import Model, i, j
+
+    board = Model("floor")
+    x, y = board.coordinates("x y")
+    m, g, mu = board.parameters(m=(2.0, "kg"), g=(9.81, "m/s²"), mu=(0.5, "1"))
+    block = board.particle(m, x * i + y * j, "block")
+    board.gravity(-g * j)
+    block.slides(j, board.reactions("N"), through=0 * i, friction=mu, along=i)
+    board.start(vx=1.0, x=0)
+    system = board.newton().system()
+    for write in (system.page, system.export):
+        with pytest.raises(ValueError, match="slips and rests"):
+            write(tmp_path / "floor")
+    assert list(tmp_path.iterdir()) == []

@@ -80,6 +80,13 @@ class RubbingSystem(DerivedSystem):
         warn_of_pull(result, result.at_points)
         return result
 
+    def phases(self):
+        """Refused: the modes are made along a run, where slip and rest meet."""
+        raise ValueError(
+            f"The {self.name} slips and rests, and the equations of each mode are made where the "
+            "motion meets it: no file has them beforehand. Solve it in Python."
+        )
+
     @of_instance
     def ensemble(self, t_span=None, y0=None, method="RK45", **given):
         """Refused: a motion in phases is solved one by one."""

@@ -50,7 +50,8 @@ function compute() {
   }));
   for (const run of runs) sample(run);
   const wrong = runs.find((run) => run.message);
-  say(wrong ? `${wrong.way.method} ends at t = ${shown(last(wrong.t), 4)} s. ${wrong.message}` : "");
+  say(wrong ? `${wrong.way.method} ends at t = ${shown(last(wrong.t), 4)} s. ${wrong.message}`
+    : runs.length ? pulls(runs[0]) : "");
   state.runs = runs;
   if (state.time > end()) rewind();
   stage && frame();
@@ -105,6 +106,23 @@ function along(of, times, states, run, name) {
     }
   }
   return found;
+}
+
+// A sentence if a contact pulls, as Python warns.
+function pulls(run) {
+  const t = Float64Array.from(run.t);
+  for (const [index, body] of DATA.pushing) {
+    const of = variant().values[index];
+    if (!of) continue;
+    const found = along(of, t, (i) => run.y[i], run, DATA.values[index].name);
+    const size = found.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
+    const at = found.findIndex((x) => x < -1e-9 * size);
+    if (at >= 0) {
+      return `The normal force ${DATA.values[index].name} is negative from about t = ${
+        shown(t[at], 4)} s: the contact pulls. ${body} would leave a surface there.`;
+    }
+  }
+  return "";
 }
 
 // The change of an invariant at the steps, relative to its value at the start.

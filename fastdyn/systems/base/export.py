@@ -39,6 +39,12 @@ def code(system, jacobian=False, mass=False):
     numbers, n = [one.name for one in fields], len(system.states)
     rhs = of_arguments(system, system.rhs, (n,), numbers, "rhs")
     functions = {"rhs": (rhs, "The derivative of the state.")}
+    phases = system.phases()
+    for name, phase in phases.items():
+        about = f"The derivative of the state in the phase {name}."
+        functions[f"{name}_rhs"] = of_arguments(system, phase.fun, (n,), numbers, name), about
+        ends = of_arguments(system, phase.event, None, numbers, name)
+        functions[f"{name}_ends"] = ends, f"The event that ends the phase {name}, at its zero."
     for name, event in system.events.items():
         found = of_arguments(system, event, None, numbers, name)
         functions[f"event_{name}"] = found, f"The event {name}, at its zero."
