@@ -10,6 +10,7 @@ from sympy.printing.str import StrPrinter
 from fastdyn.words.letters import in_full
 
 UNIT = "ijk"
+BOLD = "𝐢𝐣𝐤"  # MathML has no other bold letters
 
 
 class Formulas:
@@ -56,15 +57,18 @@ class Formulas:
         if not isinstance(formula, sp.MatrixBase):
             printer = _MathML({"symbol_names": self._mathml})
             return printer.doprint(sp.sympify(formula))
-        terms = []
-        for one, unit in zip(formula.flat(), UNIT, strict=True):
+        terms = ""
+        for one, unit in zip(formula.flat(), BOLD, strict=True):
             if one == 0:
                 continue
-            text = "" if one == 1 else self.mathml(one)
-            if sp.sympify(one).is_Add:
+            below = one.could_extract_minus_sign() and not one.is_Add
+            size = -one if below else one
+            text = "" if size == 1 else self.mathml(size)
+            if one.is_Add:
                 text = f"<mrow><mo>(</mo>{text}<mo>)</mo></mrow>"
-            terms.append(f'{text}<mi mathvariant="bold">{unit}</mi>')
-        return f"<mrow>{'<mo>+</mo>'.join(terms)}</mrow>" if terms else "<mn>0</mn>"
+            sign = "<mo>−</mo>" if below else "<mo>+</mo>" if terms else ""
+            terms += f"{sign}{text}<mi>{unit}</mi>"
+        return f"<mrow>{terms}</mrow>" if terms else "<mn>0</mn>"
 
 
 def _vector(components, units, together):

@@ -140,6 +140,6 @@ def _first(functions, groups):
 def _ways(offered, span, compared):
     """The methods with which a page begins: two, if something should be kept."""
     step = min(CONSTANT_STEPS, key=lambda h: abs(h - span / STEPS))
-    about = {"rtol": OPTIONS["rtol"].of_systems, "step": step}
+    about = {"rtol": OPTIONS["rtol"].of["systems"], "step": step}
     second = offered[2 if len(offered) > 3 else 1] if compared else "none"
     return [{"method": offered[0], **about}, {"method": second, **about}]
