@@ -170,7 +170,7 @@ def test_systems_and_their_jacobians(name, compiled):
         y = np.array(system.initial_state()) + draws.uniform(0.1, 0.4, n)
         p, t = np.array(numbers) * draws.uniform(0.9, 1.1, len(numbers)), draws.uniform(0.0, 2.0)
         other = type(system)(**dict(zip(fields, p.tolist(), strict=True)))
-        for part in found.functions:
+        for part in [one for one in found.functions if one[:6] in ("rhs", "event_")]:
             function = system.rhs if part == "rhs" else system.events[part[6:]]
             calls.append((part, t, y, p, n if part == "rhs" else 1))
             expected.append(np.ravel(function(t, y, *other.args)))
