@@ -9,6 +9,8 @@ FOR_ALL = {  # name: function in `kernels`, signature in `specialise`
     "factors": ("algebra.padded.factors.factors", "signatures.FACTORS"),  # of equations inside one
     "solution": ("algebra.padded.solution.solution", "signatures.SOLUTION"),
     "past": ("output.dense_output.state_before", "signatures.PAST"),  # of a delay equation
+    "sparse factors": ("algebra.sparse.factors.factors", "signatures_of_sparse.SPARSE_FACTORS"),
+    "sparse solution": ("algebra.sparse.factors.solution", "signatures_of_sparse.SPARSE_SOLUTION"),
     "newton": ("stepping.collocation.newton", "signatures_of_meshes.NEWTON"),
     "residuals": ("stepping.collocation.rms_residuals", "signatures_of_meshes.RESIDUALS"),
     "watch": ("output.between_steps.watch", "signatures.WATCH"),

@@ -1,4 +1,8 @@
-"""SciPy's SuperLU behind routines that kernels call, for sparse matrices without a band."""
+"""Sparse matrices without a band, behind routines that kernels call.
+
+Real matrices of little fill are eliminated by our own loops, in an order that is fixed by the
+pattern; others, and those whose diagonal is too small for a pivot, by SciPy's SuperLU.
+"""
 
 import ctypes
 from typing import Any
@@ -7,6 +11,8 @@ import numpy as np
 
 from fastdyn.compile.python_callback import numbers_at
 from fastdyn.kernels.calls.block import RAISED_WORD
+
+from .elimination import Elimination
 
 POINTER = ctypes.c_void_p
 FACTORISE, SOLVE, SOLVE_COMPLEX = (ctypes.CFUNCTYPE(None, *[POINTER] * k) for k in (3, 4, 5))
@@ -51,6 +57,7 @@ class SparseSolver:
         mirrored = places % n * n + places // n
         alike = np.isin(places, mirrored).mean() > ALIKE
         self._ordering = "MMD_AT_PLUS_A" if alike else "COLAMD"
+        self._own: Any = Elimination(n, self._indptr, self._indices) if alike else None
         self._kept: dict = {}
         self._routines = (
             FACTORISE(self._factorise), SOLVE(self._solve), FACTORISE(self._factorise),
@@ -79,9 +86,12 @@ class SparseSolver:
         data = np.zeros(len(self._indices), complex if c else float)
         data[self._of_jacobian] = a * self._numbers(jacobian, self._count)
         data[self._of_mass] += (b + 1j * c if c else b) * self._mass
+        own = self._own and self._own.pays and not c and self._own.factorised(data)
+        if own:
+            return own
         matrix = csc_matrix((data, self._indices, self._indptr), (self._n, self._n))
         try:
-            return splu(matrix, permc_spec=self._ordering)
+            return splu(matrix, permc_spec=self._ordering).solve
         except RuntimeError:
             return None
 
@@ -92,12 +102,12 @@ class SparseSolver:
     def _solve(self, jacobian, given, b, info):
         row = self._numbers(b, self._n)
         factors = self._guarded(lambda: self._factors(jacobian, given))
-        row[:] = np.nan if factors is None else factors.solve(row)
+        row[:] = np.nan if factors is None else factors(row)
 
     def _solve_complex(self, jacobian, given, b, c, info):
         re, im = self._numbers(b, self._n), self._numbers(c, self._n)
         factors = self._guarded(lambda: self._factors(jacobian, given))
-        x: Any = np.full(self._n, np.nan) if factors is None else factors.solve(re + 1j * im)
+        x: Any = np.full(self._n, np.nan) if factors is None else factors(re + 1j * im)
         re[:], im[:] = x.real, x.imag
 
     def _add_product(self, jacobian, given, out, info):

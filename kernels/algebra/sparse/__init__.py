@@ -1,0 +1,1 @@
+"""Elimination of sparse matrices in an order that their pattern fixes."""
