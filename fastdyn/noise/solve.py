@@ -104,9 +104,9 @@ def solve_sde(
         Times of output, which are ends of steps.  By default the ends of all steps for a single
         path, the end of the span otherwise.
     events : callable or list of callables, optional
-        Functions g(t, y, *args) with attributes `direction` and `terminal` as in `solve_ivp`.  The
-        result has the time of each path's first passage through g = 0, also of passages between the
-        ends of a step (by a Brownian bridge).  A path stays where a terminal event ends it.
+        Functions ``g(t, y, *args)`` with attributes `direction` and `terminal` as in `solve_ivp`.
+        The result has the time of each path's first passage through g = 0, also of passages between
+        the ends of a step (by a Brownian bridge).  A path stays where a terminal event ends it.
     reduce : str, callable, sequence or dict of these, optional
         Numbers to gather from all paths at the times of output, in place of the paths: "mean",
         "variance", "standard_error", "median", "quantiles", `Quantiles`, `Histogram`, or functions
