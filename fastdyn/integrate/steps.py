@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from fastdyn.compile.bind import or_in_python
-from fastdyn.kernels.methods.lsoda.past import CHANGE, WEIGHT
 from fastdyn.kernels.state.record import ATOL, FINISHED, RTOL, STEP_LIMIT, Y
 from fastdyn.run.outcome import outcome
 from fastdyn.run.output import points_in
@@ -127,6 +126,8 @@ class Information:
         """Take the state of a run that failed on the way to row k."""
         self.told[k], self.tolsf[k] = run.view("solve.state")[0], tolsf
         if istate in (-4, -5):
+            from fastdyn.kernels.methods.lsoda.past import CHANGE, WEIGHT  # imports Numba
+
             work = run.view("solve.work")
             self.imxer = int(np.argmax(np.abs(work[CHANGE] * work[WEIGHT])))
 

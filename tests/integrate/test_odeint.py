@@ -1,5 +1,7 @@
 """odeint takes the steps of SciPy's odeint, and tells of them and fails as SciPy's does."""
 
+import subprocess
+import sys
 import warnings
 
 import numpy as np
@@ -261,3 +263,15 @@ def test_tolerances_below_rounding_errors_are_refused_as_by_scipy():
         found, told = odeint(lambda y, t: y, [1.0], t, rtol=1e-16, atol=1e-13, full_output=True)
     assert np.isnan(found[-1])
     assert told["tolsf"].max() > 1.0
+
+
+def test_a_solve_imports_neither_numba_nor_scipys_solvers():
+    program = """
+import sys
+from fastdyn import odeint
+odeint(lambda y, t: -y, 1.0, [0.0, 1.0])
+print([name for name in ("numba", "scipy.integrate") if name in sys.modules])
+"""
+    for _ in range(2):  # the first process may compile kernels
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    assert done.stdout.split() == [b"[]"]
