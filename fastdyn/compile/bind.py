@@ -23,7 +23,7 @@ from .derivatives.switched import Part
 from .functions import BASE, Bound, with_callback, with_code
 from .mode import CONSTANT
 from .parameters import pack_all
-from .python_callback import Callback
+from .python_callback import Callback, Held
 from .remembered import warn_if_remembered
 from .sentences import FoundLater, GaveUp, name_of, warn_once
 from .traced.known import facts_of, forget_refusals, known_trace, leave, left_of, place_of, why
@@ -68,12 +68,12 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
 
     if isinstance(fun, Part) and (made_of_nodes := fun.bound(mode, n, args)) is not None:
         return made_of_nodes
-    keepalive = [fun, args]
+    held = Held(fun, args)
 
-    def as_written(t, y):  # `rebind` replaces the content of keepalive
-        return keepalive[0](t, y, *keepalive[1])
+    def as_written(t, y):  # of what `rebind` lets it hold
+        return held.fun(t, y, *held.args)
 
-    as_written.of = keepalive  # pyright: ignore
+    as_written.of = held  # pyright: ignore
     try:
         if numpy_errors_are_heard():
             refused = NUMPY_ERRORS
@@ -88,9 +88,9 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
             name_of(fun),
         )
         if late is not None:
-            return _in_python(as_written, keepalive, mode, n, account=late)
+            return _in_python(as_written, held, mode, n, account=late)
         function, parameters, at = found
-        bound = with_code(function, as_written, keepalive, parameters, mode, n, at)
+        bound = with_code(function, as_written, held, parameters, mode, n, at)
         if not made(function) and near is not None:
             _compare_with_python(bound, near)
         return bound
@@ -101,7 +101,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         said = functools.partial(warn_once, fun, said or str(reason))
         if mode.argument == "fun":
             warn_if_remembered(fun)
-        return _in_python(as_written, keepalive, mode, n, said)
+        return _in_python(as_written, held, mode, n, said)
     except Exception as error:  # of the function, called by `probe`
         forget_refusals(fun, args, mode, error)
         raise
@@ -134,12 +134,12 @@ def _code(fun, args, mode, n, near, probe, varying):
     return found
 
 
-def _in_python(as_written, keepalive, mode, n, announce=None, account=None):
+def _in_python(as_written, held, mode, n, announce=None, account=None):
     """The Bound of a function that runs in Python, for good or until its code is made."""
     callback = Callback(as_written, mode, n, announce)
     callback.account = account
-    callback.raises = lambda error: forget_refusals(keepalive[0], keepalive[1], mode, error)
-    return with_callback(callback, as_written, keepalive, mode)
+    callback.raises = lambda error: forget_refusals(held.fun, held.args, mode, error)
+    return with_callback(callback, as_written, held, mode)
 
 
 def rebind(bound, fun, args):
@@ -171,9 +171,9 @@ def rebind(bound, fun, args):
         return False
     if found is not function:
         return False
-    bound.keepalive[:] = fun, args, function
+    bound.held.take(fun, args)
     if parameters:
-        pack_all(parameters, bound.block, bound.keepalive)
+        pack_all(parameters, bound.block, bound.held.memory)
     return True
 
 
@@ -182,15 +182,15 @@ def _read(known, bound, fun, args):
     given = known.read(fun, args, bound.block)
     if given is None:
         return False
-    bound.keepalive[:] = fun, args, bound.function, given
+    bound.held.take(fun, args, given)
     return True
 
 
 def bind_matrix(matrix):
     """The Bound of a constant Jacobian, an (n, n) array of floats."""
     return Bound(
-        constant_function(matrix), constant_block(matrix), lambda t, y: matrix, [matrix], None, [],
-        CONSTANT,
+        constant_function(matrix), constant_block(matrix), lambda t, y: matrix, Held(matrix), None,
+        [], CONSTANT,
     )  # fmt: skip
 
 
@@ -214,5 +214,5 @@ def or_in_python(solve):
 
 def leave_to_python(bound, reason):
     """Make a function run in Python from now on, for all values; `reason` is text, or a GaveUp."""
-    fun, args = bound.keepalive[:2]
-    leave(fun, args, bound.mode, str(reason), getattr(reason, "wrong", False))
+    held = bound.held
+    leave(held.fun, held.args, bound.mode, str(reason), getattr(reason, "wrong", False))

@@ -14,7 +14,7 @@ from fastdyn.kernels.calls.block import FAULT, FIRST
 
 from .mode import DERIVATIVE, Mode
 from .parameters import n_words, pack_all
-from .python_callback import Callback
+from .python_callback import Callback, Held
 
 BASE = "base"  # in the notes of a Function for sensitivities: the Function that it extends
 GROWING = threading.RLock()  # one thread at a time may extend a graph
@@ -82,7 +82,7 @@ class Bound(NamedTuple):
     function: Function | None
     block: np.ndarray
     python: Any
-    keepalive: list
+    held: Held
     callback: Callback | None
     values: list
     mode: Mode
@@ -101,9 +101,8 @@ class Bound(NamedTuple):
     @property
     def given(self):
         """The present values of the parameters, by group."""
-        kept = self.keepalive
-        if len(kept) == 4 and kept[2] is self.function:  # as `rebind` leaves it
-            return kept[3]
+        if self.held.values is not None:
+            return self.held.values
         return [value for _, value in self.values]
 
     def word(self, j):
@@ -111,19 +110,18 @@ class Bound(NamedTuple):
         return FIRST + sum([n_words(k) for k, _ in self.values[: self.at[j]]])
 
 
-def with_code(function, python, keepalive, parameters, mode, n, at=()):
-    """The Bound of a compiled function of n components; `keepalive` gets the function, too."""
+def with_code(function, python, held, parameters, mode, n, at=()):
+    """The Bound of a compiled function of n components."""
     end = FIRST + function.n_words
     block = np.zeros(end + n, np.int64)
     block[0], block[FAULT] = function.address, end
     if parameters:
-        pack_all(parameters, block, keepalive)
-    keepalive.append(function)
-    return Bound(function, block, python, keepalive, None, parameters, mode, (), {}, at)
+        pack_all(parameters, block, held.memory)
+    return Bound(function, block, python, held, None, parameters, mode, (), {}, at)
 
 
-def with_callback(callback, python, keepalive, mode, block=None):
+def with_callback(callback, python, held, mode, block=None):
     """The Bound of a function that runs in Python."""
     block = np.zeros(FIRST, np.int64) if block is None else block
     block[0] = callback.address
-    return Bound(None, block, python, [*keepalive, callback], callback, [], mode)
+    return Bound(None, block, python, held, callback, [], mode)

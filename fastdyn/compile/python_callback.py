@@ -37,6 +37,32 @@ class OtherMatrix(OtherShape):
     """A Jacobian has another shape than (n, n), or than its band."""
 
 
+class Held:
+    """The function and the arguments that a Bound was given last, kept alive for its block.
+
+    Between solves, a run that is kept holds None and ().
+
+    Attributes
+    ----------
+    fun : callable, or the matrix of a constant Jacobian
+    args : tuple
+    values : tuple or None
+        The values of the parameters by group, if `rebind` has read them.
+    memory : list
+        Other objects that the words of the block point to.
+    """
+
+    __slots__ = ("args", "fun", "memory", "values")
+
+    def __init__(self, fun: Any = None, args: Any = ()):
+        self.take(fun, args)
+
+    def take(self, fun, args, values=None):
+        """Hold another function and other arguments, and nothing of those before."""
+        self.fun, self.args, self.values = fun, args, values
+        self.memory: list = []
+
+
 class Callback:
     """A C function that calls ``fun(t, y)``; `exception` keeps what `fun` raised.
 
@@ -182,7 +208,7 @@ def called_with(fun, args):
     def called(t, y):
         return fun(t, y, *args)
 
-    called.of = fun, args  # pyright: ignore
+    called.of = Held(fun, args)  # pyright: ignore
     return called
 
 
@@ -210,7 +236,8 @@ def value_of(fun, args, name, t, y):
 def explained(error, fun, name, t, y):
     """Add the note of `words.raised` to an exception of the argument of a name."""
     who = "An event" if name == "event" else f"`{name}`"
-    called, args = getattr(fun, "of", (None, ()))[:2]
+    held = getattr(fun, "of", None) or Held()
+    called, args = held.fun, held.args
     of_code = FORMS_OF_CODE.get(getattr(called, "__code__", None), "t, y, *args")
     form = getattr(called, "form", of_code)
     form = f"{name}({form})" if form != "t, y, *args" else FORMS.get(name, f"{name}({form})")

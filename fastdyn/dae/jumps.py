@@ -4,7 +4,7 @@ import numpy as np
 
 from fastdyn.compile.functions import with_callback
 from fastdyn.compile.mode import JUMP
-from fastdyn.compile.python_callback import Callback, derivative
+from fastdyn.compile.python_callback import Callback, Held, derivative
 
 from .consistent import consistent
 
@@ -52,10 +52,10 @@ def consistent_jump(problem, equations, act):
 
 def _in_python(jump, args, n):
     """The Bound of a function of n numbers that runs in Python."""
-    keepalive = [jump, args]
+    held = Held(jump, args)
 
     def as_written(t, both):
-        return keepalive[0](t, both, *keepalive[1])
+        return held.fun(t, both, *held.args)
 
     callback = Callback(as_written, JUMP, n)
-    return with_callback(callback, as_written, keepalive, JUMP)
+    return with_callback(callback, as_written, held, JUMP)

@@ -61,7 +61,8 @@ def _due(bound):
     function = bound.function
     if function is None:
         return 0
-    place = SOLVES, compared.WHEN, codes(*bound.keepalive[:2])  # functions may share machine code
+    own = codes(bound.held.fun, bound.held.args)  # functions may share machine code
+    place = SOLVES, compared.WHEN, own
     return function.notes.setdefault(place, compared.Schedule(compared.WHEN)).after_one()
 
 

@@ -11,7 +11,7 @@ from fastdyn.compile.derivatives.sensitivities import bind_saltation, bind_varia
 from fastdyn.compile.fingerprint import Constant
 from fastdyn.compile.functions import with_callback
 from fastdyn.compile.parameters import FLOAT, pack
-from fastdyn.compile.python_callback import Callback
+from fastdyn.compile.python_callback import Callback, Held
 from fastdyn.compile.sentences import warn_once
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FIRST, RAISED_WORD
@@ -236,7 +236,7 @@ class Members:
                 return np.full(mode.n_results(n), math.nan)
 
         callback = Callback(called, mode, n, announce)
-        return with_callback(callback, called, [], mode, block)
+        return with_callback(callback, called, Held(), mode, block)
 
     def places(self, kernel, block):
         """Write common values into a vector kernel's block.

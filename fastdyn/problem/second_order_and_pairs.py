@@ -13,7 +13,7 @@ from fastdyn.compile.bind import bind
 from fastdyn.compile.derivatives.sensitivities import bind_variational
 from fastdyn.compile.functions import Bound, Function
 from fastdyn.compile.mode import ACCELERATION, COLUMN, DERIVATIVE, FORCE, VELOCITY
-from fastdyn.compile.python_callback import called_with, derivative, evaluate
+from fastdyn.compile.python_callback import Held, called_with, derivative, evaluate
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls import block as words
 from fastdyn.kernels.calls.block import FAULT, WORDS_OF_PAIR
@@ -137,7 +137,7 @@ def bind_equations(problem):
         block[word] = part.block.ctypes.data
     return Bound(
         _function_of([part.function for part in pair]), block,
-        lambda t, y: p.fun(t, y, *p.args), list(pair), None, [], p.mode, pair,
+        lambda t, y: p.fun(t, y, *p.args), Held(p.fun, p.args), None, [], p.mode, pair,
     )  # fmt: skip
 
 

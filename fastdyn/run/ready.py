@@ -103,7 +103,7 @@ class ReadyRun:
         run.problem, run.memory, self._switched = problem, None, None
         run.make_room()  # as long as the last output
         for bound in run.bounds:  # nothing of the user's is kept between solves
-            bound.keepalive[:] = None, (), bound.function
+            bound.held.take(None, ())
         plan, tier, compared, (words, launch) = run.plan, run.tier, run.compared, run.words()
         self.first = max(1, min(run.n_first(), MANY - 1))  # longer solves are examined
         words[plan.at["n_steps"]], advance = self.first, plan.at["kernels.advance"]
@@ -386,7 +386,7 @@ class Solver:
             return None
         p = self.present(ready, fun, args, others)
         for bound, function in zip(run.bounds, (fun, *others), strict=True):
-            bound.keepalive[:] = function, args, bound.function
+            bound.held.take(function, args)
         self.goes_on(p, run)
         try:
             result = result_of(p, ready.go_on(p, memory, status), run)

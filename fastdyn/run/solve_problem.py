@@ -192,7 +192,7 @@ def _give_back(place, idle, run, functions):
             return
     run.let_go()
     for bound in run.bounds:
-        bound.keepalive[:] = None, (), bound.function
+        bound.held.take(None, ())
     if idle is None:
         codes = [function.__code__ for function in functions]  # kept alive: their ids are keys
         _idle.put(place, ([run], codes), 1 + run.plan.n // WORDS)

@@ -11,6 +11,7 @@ from fastdyn.compile import compare
 from fastdyn.compile.compare import compare_around
 from fastdyn.compile.functions import Bound
 from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.python_callback import Held
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.ensemble import compared as of_ensembles
 from fastdyn.kernels.calls.block import FAULT, FIRST
@@ -150,7 +151,7 @@ def test_a_small_difference_beside_large_numbers_is_one(monkeypatch):
     monkeypatch.setattr(compare, "machine_value", compiled)
     near, block = Near(0.0, 1.0, np.array([0.7, 0.9])), np.zeros(FIRST + 2, np.int64)
     block[FAULT] = FIRST
-    bound = Bound(None, block, function, [], None, [], DERIVATIVE)
+    bound = Bound(None, block, function, Held(), None, [], DERIVATIVE)
     assert "compiled form gives" in str(compare_around(bound, near))
 
 
@@ -160,7 +161,7 @@ def test_each_of_two_functions_with_the_same_code_is_compared(ensemble, monkeypa
     functions = []
     for module in (compared, of_ensembles):
         monkeypatch.setattr(
-            module, "compare_along", lambda bound, *_: functions.append(bound.keepalive[0])
+            module, "compare_along", lambda bound, *_: functions.append(bound.held.fun)
         )
 
     def first(t, y):

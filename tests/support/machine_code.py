@@ -2,6 +2,7 @@
 
 from fastdyn.compile.compare import machine_value
 from fastdyn.compile.functions import with_code
+from fastdyn.compile.python_callback import Held
 
 
 def called(function, values, mode, n):
@@ -9,5 +10,5 @@ def called(function, values, mode, n):
 
     `values` has a (type, value) for each parameter.
     """
-    bound = with_code(function, None, [], values, mode, n)
+    bound = with_code(function, None, Held(), values, mode, n)
     return lambda t, y: machine_value(bound, t, y)

@@ -25,6 +25,7 @@ from ..callables import Uncompilable
 from ..compare import seconds_of
 from ..functions import BASE, with_code
 from ..mode import DERIVATIVE, RESIDUAL_SENSITIVITIES, SALTATION, SENSITIVITIES
+from ..python_callback import Held
 from ..traced.known import why
 from ..traced.make import Near, traced_function
 from .columns import Columns
@@ -105,14 +106,14 @@ def _bound(fun, args, mode, near, extended, as_mode, located, said, varying):
         function = base.derived((as_mode, groups, extended.n_start, located), made)
     except Untraceable as reason:
         raise Uncompilable(str(reason)) from None
-    keepalive = [fun, args]
+    held = Held(fun, args)
 
-    def as_written(t, z):  # later solves replace the content of keepalive
-        own, given = keepalive[:2]
-        return (extended if own is fun else extended._replace(fun=own))(t, z, *given)
+    def as_written(t, z):  # of what later solves let it hold
+        own = extended if held.fun is fun else extended._replace(fun=held.fun)
+        return own(t, z, *held.args)
 
     size = (1 + as_mode.residual) * extended.n * (1 + extended.n_directions)
-    bound = with_code(function, as_written, keepalive, values, as_mode, size, at)
+    bound = with_code(function, as_written, held, values, as_mode, size, at)
     if function.seconds == math.inf:
         function.seconds = seconds_of(bound, near.t0, near.y0)
     return bound

@@ -6,7 +6,7 @@ from fastdyn.kernels.calls.block import FIRST
 
 from ..functions import Bound, with_callback
 from ..mode import CONSTANT, ENTRIES
-from ..python_callback import Callback, check_shape, is_sparse
+from ..python_callback import Callback, Held, check_shape, is_sparse
 from .jacobian_block import Entries, constant_function, entries_block
 
 
@@ -66,7 +66,9 @@ def bind_sparse_matrix(matrix):
     n = matrix.shape[0]
     entries = pattern_of(matrix, n)
     block = entries_block(entries, n, entries_of_matrix(matrix, entries, n))
-    return Bound(constant_function(block), block, lambda t, y: matrix, [matrix], None, [], CONSTANT)
+    return Bound(
+        constant_function(block), block, lambda t, y: matrix, Held(matrix), None, [], CONSTANT
+    )
 
 
 def bind_sparse_function(fun, args, n, entries):
@@ -81,4 +83,4 @@ def bind_sparse_function(fun, args, n, entries):
     callback = Callback(as_entries, ENTRIES, n, n_out=len(entries.rows))
     block = entries_block(entries, n, own=True)
     assert len(block) == FIRST + len(entries.rows)
-    return with_callback(callback, lambda t, y: fun(t, y, *args), [fun, args], ENTRIES, block)
+    return with_callback(callback, lambda t, y: fun(t, y, *args), Held(fun, args), ENTRIES, block)

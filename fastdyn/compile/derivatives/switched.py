@@ -17,6 +17,7 @@ from fastdyn.trace.reads.reads import flat
 
 from ..functions import with_code
 from ..mode import DERIVATIVE
+from ..python_callback import Held
 from ..python_callback import evaluate as in_python
 from ..traced.known import known_trace
 from ..traced.make import made
@@ -36,7 +37,7 @@ class Switched:
     """The switches of a traced function, and the parameters with which a solve calls it."""
 
     def __init__(self, bound):
-        self.fun, self.args = bound.keepalive[:2]
+        self.fun, self.args = bound.held.fun, bound.held.args
         self.function, self.n = bound.function, bound.n
         self.graph = self.function.traced.trace.graph
         self.outputs = self.function.derived("with signs", self._with_signs)
@@ -119,7 +120,7 @@ def switched(bound):
     function = bound.function
     if function is None or bound.mode is not DERIVATIVE or not made(function):
         return None
-    if isinstance(bound.keepalive[0], Part):
+    if isinstance(bound.held.fun, Part):
         return None
     return None if function.traced.in_batches or bound.pair else Switched(bound)
 
@@ -158,12 +159,12 @@ class Part:
         raising = None if self.own is not None else of.graph.false
         made = traced.with_outputs(self.nodes, mode, n, raising)
         function = of.function.derived(place, lambda: made.compiled(of.function.seconds))
-        keepalive = [self, args]
+        held = Held(self, args)
 
         def as_written(t, z):
-            return keepalive[0](t, z, *keepalive[1])
+            return held.fun(t, z, *held.args)
 
-        return with_code(function, as_written, keepalive, given, mode, n, traced.at)
+        return with_code(function, as_written, held, given, mode, n, traced.at)
 
 
 def parts(of, chosen, widths, t0, y0):

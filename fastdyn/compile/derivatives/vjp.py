@@ -18,6 +18,7 @@ from fastdyn.trace.graph.reverse import pullback
 from ..callables import Uncompilable
 from ..functions import with_code
 from ..mode import DERIVATIVE, ENTRIES, VJP, Mode
+from ..python_callback import Held
 from ..traced.known import why
 from ..traced.make import LONG, traced_function
 from .jacobian import jacobian
@@ -134,7 +135,7 @@ def _direction(base, groups, n, turns):
 def frozen(function, python, values, mode, n, at=()):
     """A Bound with copies of its (type, value) pairs."""
     copies = [(kind, np.array(v) if isinstance(v, np.ndarray) else v) for kind, v in values]
-    return with_code(function, python, [None, ()], copies, mode, n, at)
+    return with_code(function, python, Held(), copies, mode, n, at)
 
 
 def _along(base, groups, n):

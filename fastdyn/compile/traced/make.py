@@ -19,6 +19,7 @@ from .. import background, memory
 from ..callables import code_of
 from ..compare import Different, compare_around, seconds_of
 from ..functions import with_code
+from ..python_callback import Held
 from ..sentences import located
 from . import elimination
 from .code import Traced
@@ -143,7 +144,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
     if function is None:
         function, new = traced.compiled(), True
     parameters = list(zip(traced.kinds, given, strict=True))
-    bound = with_code(function, lambda t, y: fun(t, y, *args), [], parameters, mode, n)
+    bound = with_code(function, lambda t, y: fun(t, y, *args), Held(fun, args), parameters, mode, n)
     if new:
         function.seconds = seconds_of(bound, near.t0, near.y0)
         size = 1 + len(traced.trace.graph.nodes) // NODES + n // COMPONENTS

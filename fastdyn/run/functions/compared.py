@@ -66,7 +66,7 @@ class Compared:
         traced = [(b.block, b.function.traced) for b in functions if b.function.traced is not None]
         self.deciding = [block for block, each in traced if each.decisions and when != "never"]
         place = of, when, run.problem.method.name, *[
-            (codes(*b.keepalive[:2]), b.function.key) for b in functions
+            (codes(b.held.fun, b.held.args), b.function.key) for b in functions
         ]  # fmt: skip
         if functions:
             notes, known = functions[0].function.notes, ("compared", place)

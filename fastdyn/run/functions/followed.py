@@ -75,8 +75,8 @@ def may_take_other_code(bound):
 
 def _given(bound):
     """The arguments of `bind` for a compiled function: function, args, mode, length of y."""
-    fun, args = bound.keepalive[:2]
-    return fun, args, bound.mode, bound.n, bound.function.in_batches
+    held = bound.held
+    return held.fun, held.args, bound.mode, bound.n, bound.function.in_batches
 
 
 def changes_of_code(fun, args, mode, n, batches=False):
@@ -132,7 +132,7 @@ class Followed:
             )
         if BASE in own.function.notes:
             raise CannotFollow(
-                f"`{getattr(own.keepalive[0], '__name__', 'fun')}` reads what another function of "
+                f"`{getattr(own.held.fun, '__name__', 'fun')}` reads what another function of "
                 "the solve changes, and its sensitivities cannot follow."
             )
         self._n_made += known_trace(self.fun, self._args, own.mode, n) is None

@@ -56,7 +56,7 @@ def switching_of(problem, bound, others=()):
 
 def _place_told(bound, method):
     """The key of a note that of a function and a method was told; functions may share code."""
-    return TOLD, method.name.removesuffix(ON_PAIRS), codes(*bound.keepalive[:2])
+    return TOLD, method.name.removesuffix(ON_PAIRS), codes(bound.held.fun, bound.held.args)
 
 
 def _notes_of(bound):
@@ -173,7 +173,7 @@ class Switching:
         if not i or place in notes:
             return
         notes[place] = True
-        fun = bound.keepalive[0]
+        fun = bound.held.fun
         a, b = self.changes[i - 1 : i + 1].tolist()
         shorter = f"step={abs(b - a):.2g}"
         if self._method.error_order:

@@ -31,7 +31,7 @@ def check_jacobian(problem, bound, jacobian):
     with a vector is compared instead of the elements.  Python functions that may do more than give
     values are not called.
     """
-    given, compiled = jacobian.keepalive[0], jacobian.function
+    given, compiled = jacobian.held.fun, jacobian.function
     sparse = jacobian.mode.entries or is_sparse(given)
     n = len(problem.y0)
     if bound.pair or _may_act(bound, n) or (not sparse and _may_act(jacobian, n)):
@@ -54,8 +54,8 @@ def _may_act(bound, n):
     """Whether a function runs in Python and may do more than give a value."""
     if bound.mode.constant:
         return False
-    fun, args = bound.keepalive[:2]
-    return bound.function is None and may_act(fun, args, bound.mode, n)
+    held = bound.held
+    return bound.function is None and may_act(held.fun, held.args, bound.mode, n)
 
 
 def check_sparsity(problem, bound, entries):
@@ -81,7 +81,7 @@ def check_sparsity(problem, bound, entries):
 
 def _first_time(bound, other, held=None):
     """Whether a function and `other` are compared for the first time; `held` is kept alive."""
-    function, fun = bound.function, bound.keepalive[0]
+    function, fun = bound.function, bound.held.fun
     place = (id(fun) if function is None else function.key), other
     if _checked.get(place):
         return False
