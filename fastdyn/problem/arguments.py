@@ -36,7 +36,12 @@ class Arguments(NamedTuple):
     sensitivity: Any = None
     adjoint: Any = None
     error_estimate: Any = None
+    reaction: validate.Reaction = validate.Reaction()
     given_y0: Any = None  # as the user gave it: SciPy calls events with this object
+
+    def reacting(self, **how):
+        """The arguments, with another Reaction of the solve."""
+        return self._replace(reaction=self.reaction._replace(**how))
 
     def with_options(self, **options):
         """The arguments, with other values of some options."""

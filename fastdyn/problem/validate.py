@@ -40,6 +40,25 @@ OTHER_METHODS = {  # names in other packages, and those of families
 CALLED = (int, float, list, tuple, np.ndarray, np.number)  # what a function returned
 
 
+class Reaction(NamedTuple):
+    """How a solve reacts that "auto" has begun: a solve by a method that the user named warns.
+
+    Attributes
+    ----------
+    automatic : bool
+        The methods are those of "auto", which no sentence recommends again.
+    gives_up : str
+        "stiff": a run whose steps stability limits raises `Stiff` at a look.  "slides": besides,
+        a run that slides along a switch raises `Sliding`.
+    refuses_large : bool
+        A function for which a series does not pay has none, although it could have.
+    """
+
+    automatic: bool = False
+    gives_up: str = ""
+    refuses_large: bool = False
+
+
 class Problem(NamedTuple):
     """A checked initial value problem.  Times are floats, `y0` float64 of shape (n,)."""
 
@@ -80,6 +99,7 @@ class Problem(NamedTuple):
     nonnegative: Any = None  # n bools
     told: Any = None  # receives the STATE of the solver at each time of `t_eval`
     ends_at_switches: bool = True  # whether steps end where `fun` switches with the time
+    reaction: Reaction = Reaction()
     differentiated: tuple = ()  # positions of arguments, from 1, by which a sweep differentiates
 
     @property
@@ -325,6 +345,6 @@ def problem(asked, method, mode):
         rtol=rtol, atol=atol, h_max=h_max, h=h,
         segments=schedules.segments(options, scheduled, t0, tf, not method.error_order),
         project=project, schedules=scheduled, ends_at_switches=_ends_at_switches(asked, method),
-        **of_matrices, **by_themselves,
+        reaction=asked.reaction, **of_matrices, **by_themselves,
     )  # fmt: skip
     return domains.kept_inside(found, options) if domains.asked(options) else found

@@ -26,7 +26,7 @@ from .loop import Run
 from .matrices.check_jacobian import check_jacobian
 from .memory import plan
 from .outcome import result_of
-from .stiffness import gives_up, notice, watch
+from .stiffness import notice, watch
 
 WORDS = 1000  # a state of so many words counts as much as a small run
 
@@ -72,7 +72,7 @@ def in_time(problem):
     A solve that asks for compiled code, or whose method depends on compiled code, waits.
     """
     p = problem
-    if p.compile != "auto" or p.method.series or p.checkpoint is not None or gives_up():
+    if p.compile != "auto" or p.method.series or p.checkpoint is not None or p.reaction.gives_up:
         return run_of(p)
     load_kernels(p)  # first: no other thread compiles kernels meanwhile
     with budget.limited(least_in_python(p)):

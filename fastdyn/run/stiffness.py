@@ -9,7 +9,6 @@ directions of damped oscillations the stability regions end at about the same di
 """
 
 import contextlib
-import contextvars
 
 import numpy as np
 
@@ -51,9 +50,6 @@ TWISTS = (
     "smooth, tanh(v / w) for sign(v), say."
 )
 
-_gives_up = contextvars.ContextVar("gives up", default="")
-_automatic = contextvars.ContextVar("automatic", default=False)
-
 
 class StiffnessWarning(UserWarning):
     """A problem is stiff, or slides along a switch, and the method is slow."""
@@ -73,37 +69,9 @@ class Sliding(Exception):
         self.of, self.chosen = of, sorted({k for s in (t, *later) for k in jumping(of, s, y)})
 
 
-@contextlib.contextmanager
-def automatic():
-    """Within this context the methods are those of "auto", which no sentence recommends again."""
-    token = _automatic.set(True)
-    try:
-        yield
-    finally:
-        _automatic.reset(token)
-
-
-@contextlib.contextmanager
-def given_up(slides=True):
-    """Within this context, a run raises `Stiff` at a look if stability limits its steps.
-
-    With `slides`, a run raises `Sliding` if the solution slides along a switch.
-    """
-    token = _gives_up.set("slides" if slides else "stiff")
-    try:
-        yield
-    finally:
-        _gives_up.reset(token)
-
-
-def gives_up():
-    """True within `given_up`."""
-    return bool(_gives_up.get())
-
-
 def watch(problem, run):
-    """Examine a run at its looks, within `given_up`; elsewhere, whether a series slides."""
-    run.may_follow, run.at_looks = gives_up(), None
+    """Examine a run that may be given up at its looks; else, whether a series slides."""
+    run.may_follow, run.at_looks = bool(problem.reaction.gives_up), None
     if run.may_follow:
         run.at_looks = lambda: _give_up(problem, run)
     elif problem.method.series:
@@ -111,7 +79,7 @@ def watch(problem, run):
 
 
 def _give_up(problem, run):
-    if _gives_up.get() == "slides":
+    if problem.reaction.gives_up == "slides":
         t, y, of, chosen = switches_of(run)
         if chosen:
             raise Sliding(t, of, y, problem.tf)
@@ -132,7 +100,7 @@ def switches_of(run):
 def notice(problem, run):
     """Warn if stability or a switch, not accuracy, limited the steps at the end of a run."""
     function = run.bounds[0].function
-    if function is None or _gives_up.get() or counters(run.memory)[0] < MANY:
+    if function is None or problem.reaction.gives_up or counters(run.memory)[0] < MANY:
         return  # "auto" has looked already, and tells what it found
     place = "looked at", problem.method.name
     function.notes[place] = looked = function.notes.get(place, 0) + 1
@@ -148,7 +116,7 @@ def notice(problem, run):
     if found is not None:
         said = f"{found} Take method='{'Rodas5P' if few else 'BDF'}' or 'Radau'."
     elif chosen:
-        said = f"{problem.method.name} took {counters(run.memory)[0]} steps. {_slides(t)}"
+        said = f"{problem.method.name} took {counters(run.memory)[0]} steps. {_slides(problem, t)}"
     else:
         return
     function.notes[place] = MOST
@@ -161,12 +129,15 @@ def _evaluations(problem, run):
     return (accepted + rejected) * problem.method.n_stages
 
 
-def _slides(t):
+def _slides(problem, t):
     """The sentence about a solution that slides along a switch."""
-    auto = "Take method='auto', which moves along the switch if no option acts on the state, or "
+    advice = "Give"
+    if not problem.reaction.automatic:
+        advice = "Take method='auto', which moves along the switch if no option acts on the state, "
+        advice += "or give"
     return (
         f"At t = {t:.6g} the solution switches back and forth: both sides of a condition point at "
-        f"the other. {'Give' if _automatic.get() else auto + 'give'} an event or hysteresis."
+        f"the other. {advice} an event or hysteresis."
     )
 
 
@@ -174,7 +145,7 @@ def of_failure(problem, run):
     """A sentence for a run that failed on a switch, or by stability; else ""."""
     t, y, of, chosen = switches_of(run)
     if chosen:
-        return f" {_slides(t)}"
+        return f" {_slides(problem, t)}"
     met = [] if of is None else of.reached(t, y, ACCUMULATED * abs(t - problem.t0))
     if len(met) > 1:
         return TWISTS.format(t, len(met))
@@ -196,7 +167,7 @@ def of_failure(problem, run):
     return (
         f" Before, its steps were as long as stability allows (an eigenvalue of {_said(value)} of "
         f"the Jacobian at t = {t:.6g}): the problem is stiff"
-        f"{'' if _gives_up.get() else '; take Radau'}."  # "auto" takes it by itself
+        f"{'' if problem.reaction.gives_up else '; take Radau'}."  # "auto" takes it by itself
     )
 
 

@@ -15,8 +15,8 @@ from fastdyn.problem.events import event_list
 from fastdyn.problem.options.table import TOLERANCES, refused_among, value_of
 from fastdyn.problem.switched import longer, slid_away
 from fastdyn.run.loop import Raised
-from fastdyn.run.stiffness import FEW, Sliding, Stiff, automatic, given_up
-from fastdyn.specialise.series import NoSeries, large_refused
+from fastdyn.run.stiffness import FEW, Sliding, Stiff
+from fastdyn.specialise.series import NoSeries
 
 from .discrete import parted
 from .error_estimate import solved_by
@@ -43,8 +43,8 @@ def solved(asked):
     """
     if not (isinstance(asked.method, str) and asked.method == "auto"):
         return solved_by(asked, asked.method)
-    with automatic(), told_once():
-        return _chosen(asked, slides=True)
+    with told_once():
+        return _chosen(asked.reacting(automatic=True), slides=True)
 
 
 def _chosen(asked, slides):
@@ -54,8 +54,8 @@ def _chosen(asked, slides):
         name = "Rodas5P" if len(asked.y0) <= FEW and asked.y0.dtype.kind != "c" else "Radau"
         return _named(solved_by(asked, name), name, "`mass` is for implicit methods.")
     try:
-        with given_up(slides and asked.adjoint is None):
-            result = _explicit(asked)
+        may_slide = slides and asked.adjoint is None
+        result = _explicit(asked.reacting(gives_up="slides" if may_slide else "stiff"))
     except Stiff as found:
         return _named(_to_the_end(asked), "Radau", str(found))
     except Sliding as found:
@@ -85,8 +85,7 @@ def _along_switches(asked, found):
     if of_modes is None:
         return None
     try:
-        with given_up():
-            whole = solved_by(of_modes, name)
+        whole = solved_by(of_modes.reacting(gives_up="slides"), name)
     except Stiff:
         name, whole = "Radau", _to_the_end(of_modes)
     if whole.status == -1 or slid_away(asked, found.of, found.chosen, whole.t, whole.y):
@@ -105,8 +104,7 @@ def _along_switches(asked, found):
 def _to_the_end(asked):
     """The result by Radau, which no other method follows and no warning."""
     try:
-        with given_up(slides=False):
-            return solved_by(asked, "Radau")
+        return solved_by(asked.reacting(gives_up="stiff"), "Radau")
     except Raised as found:
         raise found.error from None
 
@@ -120,8 +118,7 @@ def _by_others(asked, reason, *names):
     """
     for name in names:
         try:
-            with given_up():  # by a name that is given up, the next one is tried
-                result = solved_by(asked, name)
+            result = solved_by(asked.reacting(gives_up="slides"), name)  # given up: the next one
         except Exception:
             continue
         if result.status >= 0:
@@ -137,8 +134,8 @@ def _explicit(asked):
     if rtol > LOOSE:
         exact = _tightened(asked) if _switches(asked) else None
         if exact is not None:
-            with contextlib.suppress(NoSeries), large_refused():
-                result = solved_by(exact, "Taylor")
+            with contextlib.suppress(NoSeries):
+                result = solved_by(exact.reacting(refuses_large=True), "Taylor")
                 if result.status >= 0:
                     return _named(result, "Taylor", SWITCHES)
         return _named(solved_by(asked, name), name, f"rtol is above {LOOSE:g}.")
@@ -148,8 +145,7 @@ def _explicit(asked):
         reason = "A series does not end at the border of a domain."
         return _named(solved_by(asked, name), name, reason)
     try:
-        with large_refused():
-            result = solved_by(asked, "Taylor")
+        result = solved_by(asked.reacting(refuses_large=True), "Taylor")
     except NoSeries as refusal:
         reason = f"{refusal} rtol is {rtol:.1e}."
         return _named(solved_by(asked, name), name, reason)

@@ -23,7 +23,7 @@ def solved(asked, name):
     """
     kind: Any = name
     if asked.method == "auto":  # steps end at switching times, and large functions have no series
-        kind = "auto", name
+        kind = "auto", name, asked.reaction
     result = repeated.asked_before(asked, kind)
     if result is not None:
         return result

@@ -1,8 +1,5 @@
 """The stepping kernel of the Taylor method, compiled for each function."""
 
-import contextlib
-import contextvars
-
 import numpy as np
 
 from fastdyn.compile.bind import NUMPY_ERRORS, numpy_errors_are_heard
@@ -16,21 +13,10 @@ from fastdyn.kernels.methods.taylor.accuracy import is_fine, order_for
 # components 1.3, of 120 1.1, Lorenz-96 of 100 1.4, 12 bodies 1.8; but 6 bodies 0.85, 60 pendulums,
 # which have sines, 0.75, and 100 waves at 1e-12 1.0.
 FEW, TIGHT = 60, 1e-11
-_refuses_large = contextvars.ContextVar("refuses large functions", default=False)
 
 
 class NoSeries(ValueError):
     """Taylor does not apply to a function, or to an event."""
-
-
-@contextlib.contextmanager
-def large_refused():
-    """Within this context, a function of many operations has no series, although it could have."""
-    token = _refuses_large.set(True)
-    try:
-        yield
-    finally:
-        _refuses_large.reset(token)
 
 
 def series_kernel(problem, bound, order=None):
@@ -47,12 +33,12 @@ def series_kernel(problem, bound, order=None):
             f"Taylor needs the formulas of `fun`: {reason}. "
             "Take Vern9, which needs its values only."
         )
-    if _refuses_large.get() and function.traced.n_operations > MANY_OPERATIONS:
+    if p.reaction.refuses_large and function.traced.n_operations > MANY_OPERATIONS:
         raise NoSeries(
             f"The code of Taylor for the {function.traced.n_operations} operations of `fun` takes "
             f"seconds, and pays beyond {MANY_OPERATIONS} in long runs only."
         )
-    if _refuses_large.get() and _is_for_vern9(p, function):
+    if p.reaction.refuses_large and _is_for_vern9(p, function):
         raise NoSeries(
             f"Of more than {FEW} components without elementary functions, Vern9 takes less time "
             "than Taylor."

@@ -304,3 +304,20 @@ def test_many_components_without_sines_are_for_pairs(n, rtol, force, method):
     run = solve_ivp(chain, (0, 0.1), np.linspace(0.0, 1.0, n), "auto", rtol=rtol, t_eval=[0.1])
     assert run.method == method
     assert ("60 components" in run.reason) == (n > 60 and method != "Taylor")
+
+
+@pytest.mark.filterwarnings("ignore:.*runs in Python")
+def test_a_solve_within_fun_reacts_by_itself():
+    """Its steps, which stability limits, are warned of; they do not end the solve by "auto"."""
+    inner = []
+
+    def fast(t, y):
+        return [-1e5 * (y[0] - 1.0)]
+
+    def fun(t, y):
+        inner.append(solve_ivp(fast, (0, 0.2), [0.0]).success if len(inner) < 3 else True)
+        return [-y[0]]
+
+    with pytest.warns(StiffnessWarning):
+        run = solve_ivp(fun, (0, 1), [1.0], "auto")
+    assert run.success and run.method == "Tsit5" and all(inner)
