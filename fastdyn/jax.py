@@ -107,7 +107,8 @@ def _primitive(name, shapes, host):
 
 def _parts(flat, shapes, lead=0):
     """The arrays of given shapes that lie in the last axis of one; the first `lead` are axes."""
-    found, begin = [], 0
+    found = []
+    begin = 0
     for shape in shapes:
         end = begin + math.prod(shape[lead:])
         found.append(flat[..., begin:end].reshape(shape))
@@ -203,8 +204,10 @@ def _linear_jvp(primitive):
 
 
 def _push_transposed(g, *operands, call, wanted, axis):
-    n, size = len(call.inputs), axis.size
-    values, along = operands[:n], operands[n:]
+    n = len(call.inputs)
+    size = axis.size
+    values = operands[:n]
+    along = operands[n:]
     if any(ad.is_undefined_primal(value) for value in values):
         raise NotImplementedError(TWICE)
     g = [ad.instantiate_zeros(each) for each in g]
@@ -253,7 +256,8 @@ APPLY.def_abstract_eval(
 )
 mlir.register_lowering(APPLY, mlir.lower_fun(_product, multiple_results=False))
 batching.primitive_batchers[APPLY] = _product_batched
-ad.primitive_jvps[APPLY], ad.primitive_transposes[APPLY] = _product_jvp, _product_transposed
+ad.primitive_jvps[APPLY] = _product_jvp
+ad.primitive_transposes[APPLY] = _product_transposed
 ad.primitive_jvps[SLOPES] = _refuse_twice
 ad.primitive_jvps[SOLVE] = _solve_jvp
 ad.primitive_jvps[PUSH], ad.primitive_jvps[PULL] = _linear_jvp(PUSH), _linear_jvp(PULL)

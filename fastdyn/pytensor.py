@@ -143,4 +143,5 @@ class PushOp(_Linear):
             storage[0] = array
 
 
-PullOp.transposed, PushOp.transposed = PushOp, PullOp
+PullOp.transposed = PushOp
+PushOp.transposed = PullOp

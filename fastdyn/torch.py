@@ -48,11 +48,14 @@ class _Solve(torch.autograd.Function):
     def forward(ctx, call, *tensors):
         values = [_host(tensor) for tensor in tensors]
         ctx.save_for_backward(*tensors)
-        ctx.call, ctx.values, ctx.back = call, values, None
+        ctx.call = call
+        ctx.values = values
+        ctx.back = None
         ctx.wanted = tuple([i for i, needs in enumerate(ctx.needs_input_grad[1:]) if needs])
         if ctx.wanted:
             ctx.back = call.backward(values, ctx.wanted)
-            arrays, status = ctx.back.outputs, ctx.back.status
+            arrays = ctx.back.outputs
+            status = ctx.back.status
         else:
             arrays, status = call.solve(values)
         status = torch.tensor(status)

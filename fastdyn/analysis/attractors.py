@@ -17,7 +17,8 @@ TRIED, MANY = 8, 8  # most components of motions that go on; fewest motions whos
 
 def grown(first, second, size):
     """Whether each motion grows beyond all bounds; `size` is the size of the starts."""
-    before, after = np.abs(first).max(axis=1), np.abs(second).max(axis=1)
+    before = np.abs(first).max(axis=1)
+    after = np.abs(second).max(axis=1)
     return (after > FAR * size) & (after > GROWS * before)
 
 
@@ -31,7 +32,8 @@ def drifting(first, second, least):
 
 def clusters(ends, near, fewest):
     """The sorted centres of clusters of ends; clusters of less than `fewest` ends are dropped."""
-    left, centres = ends, []
+    left = ends
+    centres = []
     while len(left) >= fewest and len(centres) < MOST:
         _, index, sizes = np.unique(
             np.round(left / near), axis=0, return_inverse=True, return_counts=True

@@ -237,13 +237,16 @@ def _pair(components, n):
 
 def _ranges(equations, starts, t_end, window, options, begin=0.0):
     """(lowest, highest) of each component in two windows, the ends, and the success of solves."""
-    e, ranges, fine = equations, [], np.ones(len(starts), bool)
+    e = equations
+    ranges = []
+    fine = np.ones(len(starts), bool)
     for length, reduce in ((t_end, None), (window, ["min", "max"]), (window, ["min", "max"])):
         run = solve_ensemble(
             e.fun, (begin, begin + length), starts, shared(e.args), reduce=reduce, **options
         )
         fine &= run.success & np.isfinite(run.y_end).all(axis=1)
-        starts, begin = np.where(fine[:, None], run.y_end, 0.0), begin + length
+        starts = np.where(fine[:, None], run.y_end, 0.0)
+        begin = begin + length
         if reduce:
             ranges.append(np.hstack([run.reduced["min"], run.reduced["max"]]))
     return *ranges, starts, fine

@@ -62,7 +62,8 @@ class Path(NamedTuple):
         if not isinstance(orbit, PeriodicOrbit):
             raise TypeError(f"`orbit` must be a PeriodicOrbit of `periodic_orbit`; got {orbit!r}.")
         j = orbit.equations.parameter(parameter)
-        start, end = orbit.equations.number(j), float(end)
+        start = orbit.equations.number(j)
+        end = float(end)
         if not np.isfinite(end) or end == start:
             raise ValueError(f"`end` must be finite and another value than {start:g}; got {end:g}.")
         if period is None:
@@ -94,7 +95,8 @@ class Path(NamedTuple):
 
     def begin(self):
         """The first Point."""
-        y0, T = self.orbit.y0, [] if self.orbit.forced else [self.orbit.period]
+        y0 = self.orbit.y0
+        T = [] if self.orbit.forced else [self.orbit.period]
         u = np.concatenate([y0, T, [self.start]]) / self.scale
         ahead = np.zeros(len(u))
         ahead[-1] = self.sign
@@ -103,8 +105,10 @@ class Path(NamedTuple):
 
     def next(self, here, length):
         """(the Point at a distance along the tangent, passes of Newton's method)."""
-        guess, direction = here.u + length * here.tangent, self._direction(here.orbit)
-        u, near = guess, NEAR * self.orbit.flow.options["rtol"]
+        guess = here.u + length * here.tangent
+        direction = self._direction(here.orbit)
+        u = guess
+        near = NEAR * self.orbit.flow.options["rtol"]
         for passes in range(1, PASSES + 1):
             off, matrix, passage = self._equations(u, direction, here)
             system = np.vstack([matrix, here.tangent])
@@ -122,13 +126,15 @@ class Path(NamedTuple):
         raise NotConvergedError("Newton's method does not come back to the branch.")
 
     def _orbit(self, u, passage):
-        e, orbit = self.orbit.equations.replaced(self.j, u[-1] * self.scale[-1]), self.orbit
+        e = self.orbit.equations.replaced(self.j, u[-1] * self.scale[-1])
+        orbit = self.orbit
         y, T = self._parts(u)
         return orbit_at(orbit.flow._replace(equations=e), y, T, orbit.t0, orbit.forced, passage)
 
     def _parts(self, u):
         """State and period."""
-        n, whole = len(self.orbit.y0), u * self.scale
+        n = len(self.orbit.y0)
+        whole = u * self.scale
         return whole[:n], self.period(whole[-1]) if self.orbit.forced else whole[n]
 
     def _direction(self, orbit):
@@ -137,11 +143,14 @@ class Path(NamedTuple):
 
     def _equations(self, u, direction, here=None):
         """(residuals, their derivatives by u, the Passage)."""
-        (y, T), n, p = self._parts(u), len(self.orbit.y0), u[-1] * self.scale[-1]
+        y, T = self._parts(u)
+        n = len(self.orbit.y0)
+        p = u[-1] * self.scale[-1]
         e = self.orbit.equations.replaced(self.j, p)
         passage = self.orbit.flow._replace(equations=e).passage(y, self.orbit.t0, T, self.j)
         by_parameter = passage.by_parameter
-        off, rows = (passage.y - y) / self.scale[:n], [passage.by_start - np.eye(n)]
+        off = (passage.y - y) / self.scale[:n]
+        rows = [passage.by_start - np.eye(n)]
         if self.orbit.forced:
             h = 1e-5 * max(abs(p), 1e-3)
             slope = (self.period(p + h) - self.period(p - h)) / (2.0 * h)
@@ -161,7 +170,9 @@ class Path(NamedTuple):
 
     def _halved(self, here, there, test):
         """The Point between two at which a function changes its sign."""
-        low, high, begin = 0.0, float(here.tangent @ (there.u - here.u)), test(here) > 0.0
+        low = 0.0
+        high = float(here.tangent @ (there.u - here.u))
+        begin = test(here) > 0.0
         best = there
         for _ in range(REFINED):
             middle = 0.5 * (low + high)
@@ -174,12 +185,14 @@ class Path(NamedTuple):
             if (test(point) > 0.0) == begin:
                 low = middle
             else:
-                high, best = middle, point
+                high = middle
+                best = point
         return best
 
     def between(self, here, there, length):
         """The Special points between two neighbours."""
-        found, before = [], min(_outside(here.orbit), _outside(there.orbit))
+        found = []
+        before = min(_outside(here.orbit), _outside(there.orbit))
         tests = {
             "fold": lambda p: p.tangent[-1],
             "period doubling": lambda p: float(np.prod(p.orbit.others() + 1.0).real),
@@ -331,7 +344,9 @@ def continuation(orbit, parameter, end, period=None, step=None, n_orbits=200, la
     count(n_orbits, "n_orbits")
     length = first = STEP if step is None else positive(step, "step")
     here = path.begin()
-    points, special, message = [here], [], f"It has {n_orbits} orbits, the most."
+    points = [here]
+    special = []
+    message = f"It has {n_orbits} orbits, the most."
     while len(points) < n_orbits:
         try:
             there, passes = path.next(here, length)
@@ -343,7 +358,8 @@ def continuation(orbit, parameter, end, period=None, step=None, n_orbits=200, la
             continue
         special += path.between(here, there, length)
         points.append(there)
-        here, value = there, path.value(there)
+        here = there
+        value = path.value(there)
         if passes <= FAST:
             length = min(length * LONGER, largest * first)
         if (value - path.end) * path.sign >= 0.0:

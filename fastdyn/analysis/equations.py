@@ -153,7 +153,8 @@ class Derivatives(NamedTuple):
     def underflow(self, t, y):
         """Whether a number in f(t, y) is too small for a float, and is 0 or nearly so."""
         traced = self.bound.function.traced
-        outputs, values = traced.stored[: self.n], flat([value for _, value in self.bound.values])
+        outputs = traced.stored[: self.n]
+        values = flat([value for _, value in self.bound.values])
         given = traced.trace.graph, outputs, np.array([float(t)]), y[:, None], values
         try:
             evaluate(*given, under="raise")

@@ -160,11 +160,14 @@ def lyapunov(
     >>> print(lyapunov(lorenz, [1, 1, 1], (10.0, 28.0, 8 / 3)))  # 0.9056, 0, -14.572
     """
     equations = equations_of(fun, args)
-    y, t_end = state_of(equations, y0), positive(t_end, "t_end")
+    y = state_of(equations, y0)
+    t_end = positive(t_end, "t_end")
     transient = 0.1 * t_end if transient is None else transient
     options = options_of(lyapunov, method, options)
     derivatives = equations.differentiated(0.0, y)
-    flow, start, states = Flow(equations, options), 0.0, y[:, None]
+    flow = Flow(equations, options)
+    start = 0.0
+    states = y[:, None]
     if transient:
         start = positive(transient, "transient")
         states = flow.curve(y, 0.0, start, LOOKS)[1]
@@ -180,7 +183,8 @@ def lyapunov(
             f"given, the solution blows up before `t_end` = {t_end:g}."
         )
     interval = t_end / n_intervals
-    n, frame = len(y), np.eye(len(y))
+    n = len(y)
+    frame = np.eye(len(y))
     logs = np.empty((n_intervals, n))
     try:
         advance = _advance(flow, y, interval)
@@ -201,7 +205,8 @@ def _advance(flow, y0, interval):
     n, e, options = len(y0), flow.equations, dict(flow.options)
     method = METHODS.get(options.pop("method"))
     clock = np.zeros(1)
-    fun, args = OverUnit(e.fun), (clock, interval, *e.args)
+    fun = OverUnit(e.fun)
+    args = (clock, interval, *e.args)
     asked = Arguments(
         fun=fun, t0=0.0, tf=1.0, y0=y0, method=flow.options["method"], t_eval=np.ones(1),
         args=args, options=options,

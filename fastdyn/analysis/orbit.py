@@ -155,7 +155,8 @@ def periodic_orbit(
     >>> periodic_orbit(van_der_pol, [2, 0], 6.3, args=(1.0,)).period  # 6.6632868593
     """
     equations = equations_of(fun, args)
-    y0, t0 = state_of(equations, y0), float(t0)
+    y0 = state_of(equations, y0)
+    t0 = float(t0)
     flow = Flow(equations, options_of(periodic_orbit, method, options))
     forced = not equations.differentiated(t0, y0).autonomous
     if forced and period is None:
@@ -208,7 +209,8 @@ def half_ranges(curve):
     ends = []
     for sign in (1.0, -1.0):
         values = sign * curve[:, :-1]
-        rows, at = np.arange(len(values)), values.argmax(axis=1)
+        rows = np.arange(len(values))
+        at = values.argmax(axis=1)
         before, top, after = (values[rows, (at + k) % values.shape[1]] for k in (-1, 0, 1))
         bend = before - 2.0 * top + after
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -132,7 +132,9 @@ def phase_portrait(fun, box, args=(), t=0.0, starts=None, n_starts=400, **option
     >>> swing = lambda t, y: [y[1], -np.sin(y[0]) - 0.2 * y[1]]
     >>> phase_portrait(swing, [(-7, 7), (-3, 3)]).plot()
     """
-    equations, region, t = equations_of(fun, args), box_of(box, 2), float(t)
+    equations = equations_of(fun, args)
+    region = box_of(box, 2)
+    t = float(t)
     if equations.system is not None and len(equations.system.states) != 2:
         raise ValueError(
             f"A phase portrait is of two components; {equations.system.name} has "
@@ -148,7 +150,8 @@ def phase_portrait(fun, box, args=(), t=0.0, starts=None, n_starts=400, **option
     later = _field(equations, t + LATER, x[few], y[few])
     if not np.array_equal(field[:, few, few], later, equal_nan=True):
         raise ValueError("`fun` depends on the time: draw a stroboscopic section by `poincare`.")
-    found, message = None, ""
+    found = None
+    message = ""
     try:
         found = equilibria(fun, region, args=args, t=t)
     except ValueError as reason:
@@ -181,7 +184,8 @@ def _grid(region, n):
 
 def _cycles(fun, args, equilibria, region, follow):
     """Limit cycles to which trajectories from the box come, forwards or backwards."""
-    found, size = [], np.ptp(region, axis=1).max()
+    found = []
+    size = np.ptp(region, axis=1).max()
     pairs = follow(_grid(region, LOOKS), FAR)
     for end in (part[:, -1] for pair in pairs for part in pair):
         if not ((end >= region[:, 0]) & (end <= region[:, 1])).all():
@@ -221,7 +225,8 @@ def _field(equations, t, x, y):
 
 def _separatrices(found, region, follow):
     """Curves from and to the saddles, along their eigenvectors."""
-    curves, size = [], np.ptp(region, axis=1)
+    curves = []
+    size = np.ptp(region, axis=1)
     for each in found or ():
         if each.kind != "saddle":
             continue

@@ -185,14 +185,16 @@ def frequency_response(
     ...     return [y[1], -0.1 * y[1] - y[0] - y[0]**3 + 0.3 * math.cos(omega * t)]
     >>> frequency_response(duffing, np.linspace(0.5, 2.5, 101), args=(1.0,), y0=[0, 0]).plot()
     """
-    equations, omegas = equations_of(fun, args), _checked(frequencies)
+    equations = equations_of(fun, args)
+    omegas = _checked(frequencies)
     options = options_of(frequency_response, method, options)
     if sweep not in ("both", "up", "down"):
         raise ValueError(f"`sweep` must be both, up or down; got {sweep!r}.")
     if reference not in [*REFERENCES]:
         raise ValueError(f"`reference` must be cos or sin; got {reference!r}.")
     transient = count(transient, "transient", 0)
-    y, j = state_of(equations, y0), equations.parameter(parameter)
+    y = state_of(equations, y0)
+    j = equations.parameter(parameter)
     equations.number(j)
     for omega in (omegas[0], omegas[-1]):
         here = equations.replaced(j, omega)
@@ -207,10 +209,12 @@ def frequency_response(
         rough = {reason for steady, reason in found if steady is not None and reason}
         message = " ".join([message, *rough]).strip()
     else:
-        sweeps, missing = {}, []
+        sweeps = {}
+        missing = []
         for name in ("up", "down") if sweep == "both" else (sweep,):
             order = slice(None) if name == "up" else slice(None, None, -1)
-            found, state = [], y
+            found = []
+            state = y
             for omega in omegas[order]:
                 flow = Flow(equations.replaced(j, omega), options)
                 steady, state = _steady(flow, state, 2.0 * math.pi / omega, transient)
@@ -264,7 +268,8 @@ def _joined(found, turn, n):
 
 def is_linear(equations, y, omega):
     """Whether the Jacobian is equal at several states and times."""
-    derivatives, period = equations.differentiated(0.0, y), 2.0 * math.pi / omega
+    derivatives = equations.differentiated(0.0, y)
+    period = 2.0 * math.pi / omega
     first, *others = [derivatives.at(t, state) for t, state in looks(0.0, y, period)[:LOOKS]]
     size = np.abs(first).max()
     return all(np.abs(each - first).max() <= LINEAR * size for each in others)
@@ -276,7 +281,8 @@ def exact(equations, y, omega):
     None: free motions grow and leave the steady state, or a resonance without damping has no steady
     state.
     """
-    matrix, period = equations.differentiated(0.0, y).at(0.0, y), 2.0 * math.pi / omega
+    matrix = equations.differentiated(0.0, y).at(0.0, y)
+    period = 2.0 * math.pi / omega
     values = np.linalg.eigvals(matrix)
     if values.real.max() > ZERO * np.abs(values).max():
         return None, UNSTABLE

@@ -24,7 +24,9 @@ class Crossing:
     """A section as a terminal event that ends a run at crossing number `terminal`."""
 
     def __init__(self, section, direction, terminal):
-        self.section, self.direction, self.terminal = section, direction, terminal
+        self.section = section
+        self.direction = direction
+        self.terminal = terminal
         self.__name__ = getattr(section, "__name__", "section")
 
     def __call__(self, t, y, *args):
@@ -141,7 +143,8 @@ def poincare(
     equations = equations_of(fun, args)
     rows = [y0] if y0 is None or np.ndim(y0) == 1 else y0
     starts = np.array([state_of(equations, row) for row in rows])
-    n_points, n_skipped = count(n_points, "n_points"), count(n_skipped, "n_skipped", 0)
+    n_points = count(n_points, "n_points")
+    n_skipped = count(n_skipped, "n_skipped", 0)
     max_steps = options.get("max_steps")
     options = options_of(poincare, options.pop("method", METHOD), options)
     if (section is None) == (period is None):
@@ -156,14 +159,18 @@ def poincare(
         period = positive(period, "period")
         check_period(equations, 0.0, starts[0], period, ADVICE)
         times = period * np.arange(wanted)
-        given, ends = {"t_eval": times[n_skipped:], **options}, [times[-1]] * len(starts)
-    parts, message = [], ""
+        given = {"t_eval": times[n_skipped:], **options}
+        ends = [times[-1]] * len(starts)
+    parts = []
+    message = ""
     for i, (start, end) in enumerate(zip(starts, ends, strict=True)):
         run = solve_ivp(equations.fun, (0.0, end), start, args=equations.args, **given)
         if period is None:
-            t, y = run.t_events[0], run.y_events[0].reshape(-1, len(start))
+            t = run.t_events[0]
+            y = run.y_events[0].reshape(-1, len(start))
         else:
-            t, y = np.asarray(run.t, float), np.asarray(run.y).reshape(len(start), -1).T
+            t = np.asarray(run.t, float)
+            y = np.asarray(run.y).reshape(len(start), -1).T
         found = len(t) if period is None else len(t) + n_skipped
         if found < wanted and not message:
             reason = run.message if period is not None else _ended(run, given["max_steps"], end)

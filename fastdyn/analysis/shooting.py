@@ -18,10 +18,12 @@ RETURN = 20_000  # steps in which a solution comes back
 class Plane:
     """The event that a solution crosses the plane through a state, across a direction."""
 
-    direction, terminal = 1.0, 3
+    direction = 1.0
+    terminal = 3
 
     def __init__(self, through, across):
-        self.through, self.across = through, across
+        self.through = through
+        self.across = across
 
     def __call__(self, t, y, *args):
         total = 0.0
@@ -43,9 +45,11 @@ def shoot(flow, y0, period, t0, forced):
     across = across / max(np.abs(across).max(), 1e-300)
 
     def residuals(u):
-        y, T = u[:n], period if forced else period * np.exp(u[n])
+        y = u[:n]
+        T = period if forced else period * np.exp(u[n])
         passage = flow.passage(y, t0, T)
-        off, matrix = passage.y - y, passage.by_start - np.eye(n)
+        off = passage.y - y
+        matrix = passage.by_start - np.eye(n)
         if not forced:
             off = np.append(off, across @ (y - y0))
             matrix = np.block([[matrix, T * passage.by_length[:, None]], [across, np.zeros(1)]])

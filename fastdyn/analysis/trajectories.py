@@ -66,8 +66,10 @@ def closed(curve, region):
         return None
     at += int(np.argmax(~far[at:]))
     at += int(np.argmin(away[at : at + 20]))
-    one, other = curve[:, max(at - 1, 0)], curve[:, min(at + 1, curve.shape[1] - 1)]
-    way, off = (other - one) / size[:, 0], (curve[:, 0] - one) / size[:, 0]
+    one = curve[:, max(at - 1, 0)]
+    other = curve[:, min(at + 1, curve.shape[1] - 1)]
+    way = (other - one) / size[:, 0]
+    off = (curve[:, 0] - one) / size[:, 0]
     aside = abs(way[0] * off[1] - way[1] * off[0]) / max(np.hypot(*way), 1e-300)
     whole = np.concatenate([curve[:, :at], curve[:, :1]], axis=1)
     inside = ((whole >= region[:, :1]) & (whole <= region[:, 1:])).all()
@@ -82,7 +84,8 @@ def joined(before, after):
 def spread(states, follow, region, drawn):
     """Curves through states, each up to a cell that another curve has passed."""
     taken = np.zeros((CELLS + 1, CELLS + 1), int)
-    size, curves = np.ptp(region, axis=1), []
+    size = np.ptp(region, axis=1)
+    curves = []
 
     def cells(curve):
         share = (curve - region[:, :1]) / size[:, None] * CELLS

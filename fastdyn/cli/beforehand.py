@@ -29,7 +29,8 @@ def run(options):
         names = list(dict.fromkeys(options.methods or METHODS))
         for n, name in enumerate([*names, None], 1):
             print(f"{n:>3} of {len(names) + 1}  {name or SHARED:<24}", end="", flush=True)
-            begun, compiled = time.perf_counter(), code_store.COUNTS["compiled"]
+            begun = time.perf_counter()
+            compiled = code_store.COUNTS["compiled"]
             make_kernels(name)
             made = code_store.COUNTS["compiled"] > compiled
             print(f"{time.perf_counter() - begun:6.1f} s" if made else "is there already")

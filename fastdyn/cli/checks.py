@@ -17,7 +17,9 @@ from fastdyn.plot.needed import needed
 from fastdyn.systems.base.units import in_unit
 from fastdyn.words.near import did_you_mean
 
-FIGURES, MOVING, TABLES = (".png", ".pdf", ".svg"), (".gif", ".html", ".mp4"), (".csv", ".txt")
+FIGURES = (".png", ".pdf", ".svg")
+MOVING = (".gif", ".html", ".mp4")
+TABLES = (".csv", ".txt")
 FEWEST_POINTS, MOST_POINTS = 2, 10**7  # ends of a run; 80 MB for each column of a table
 
 

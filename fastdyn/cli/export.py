@@ -44,7 +44,8 @@ def run(options):
 def _of_function(options):
     """The `Code` of a function of the user, its events and its mass matrix."""
     given = functions.given(options)
-    n, args = len(given.y0), given.args
+    n = len(given.y0)
+    args = given.args
     numbers = [isinstance(one, float | int) and not isinstance(one, bool) for one in args]
     places = {i: sum(numbers[: i - 1]) for i, known in enumerate(numbers, 1) if known}
     names = list(inspect.signature(given.function).parameters)[2:] + [""] * len(args)

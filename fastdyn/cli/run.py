@@ -81,7 +81,8 @@ def _add_end(result):
     """Let the points of output end where an event has ended the run."""
     if result.status == 1:
         i = np.argmax([times[-1] if len(times) else -math.inf for times in result.t_events])
-        t, y = result.t_events[i][-1], result.y_events[i][-1]
+        t = result.t_events[i][-1]
+        y = result.y_events[i][-1]
         if len(result.t) and result.t[-1] != t:
             result.t, result.y = np.append(result.t, t), np.column_stack([result.y, y])
 

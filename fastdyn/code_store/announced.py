@@ -22,7 +22,8 @@ _told: set = set()  # what lines were about
 class _Compiled:
     """The seconds of compiling since the last line, and the method of the solve that waits."""
 
-    seconds, method = 0.0, ""
+    seconds = 0.0
+    method = ""
 
 
 def meant_for(method):
@@ -40,7 +41,8 @@ def announced(of_kernel):
         yield
         return
     about = _Compiled.method if of_kernel else None
-    began, told = perf_counter(), []
+    began = perf_counter()
+    told = []
     timer = threading.Timer(max(AFTER - _Compiled.seconds, 0.0), _tell, (about, told))
     timer.daemon = True
     timer.start()

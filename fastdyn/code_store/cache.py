@@ -26,7 +26,8 @@ from .one_at_a_time import alone
 from .quiet import warnings
 
 COUNTS = {"loaded": 0, "compiled": 0, "stored": 0}
-_assembling, _compiling = threading.Lock(), threading.RLock()
+_assembling = threading.Lock()
+_compiling = threading.RLock()
 
 
 class Code(NamedTuple):

@@ -10,8 +10,10 @@ import numpy as np
 from fastdyn.kernels.calls.block import FAILED
 
 KERNEL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p)  # releases the interpreter lock
-_as_float, _as_word = struct.Struct("d").pack, struct.Struct("q").unpack
-_pointer_at, _HEAD = ctypes.c_void_p.from_address, object.__basicsize__
+_as_float = struct.Struct("d").pack
+_as_word = struct.Struct("q").unpack
+_pointer_at = ctypes.c_void_p.from_address
+_HEAD = object.__basicsize__
 
 
 def address_of(a):  # pyright: ignore
@@ -37,7 +39,11 @@ class Argument:
     __slots__ = ("at", "dtype", "index", "is_array", "kind", "name", "ndim", "none")
 
     def __init__(self, name, kind, index, at):
-        self.name, self.kind, self.index, self.at, self.dtype = name, kind, index, at, None
+        self.name = name
+        self.kind = kind
+        self.index = index
+        self.at = at
+        self.dtype = None
         self.is_array, self.ndim = ":" in kind, int(kind.partition(":")[2] or 0)
         self.none = (0,) * (1 + self.ndim)
 
@@ -53,7 +59,8 @@ class Argument:
 
 def laid_out(arguments):
     """{name: Argument} of (name, kind) pairs."""
-    layout, at = {}, 0
+    layout = {}
+    at = 0
     for index, (name, kind) in enumerate(arguments):
         layout[name] = argument = Argument(name, kind, index, at)
         at += 1 + argument.ndim
@@ -104,7 +111,8 @@ class Call:
     __slots__ = ("_at", "_code", "_kernel", "_layout", "_values", "words")
 
     def __init__(self, code, *values):
-        self._code, self._layout = code, code.layout
+        self._code = code
+        self._layout = code.layout
         self._values = list(values)  # keeps the arrays alive
         self.words = array("q", _words(self._layout.values(), values))
         self._at = self.words.buffer_info()[0]

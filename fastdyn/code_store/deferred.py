@@ -86,7 +86,8 @@ def _call(original, called, args, kws):
     LLVM still sees the constants.  Numba needs a constant where it selects a field of a tuple.
     """
     if str(called.py_func.__module__).startswith(KERNELS):
-        args, kws = _any_number(args), dict(zip(kws, _any_number(kws.values()), strict=True))
+        args = _any_number(args)
+        kws = dict(zip(kws, _any_number(kws.values()), strict=True))
     return original(called, args, kws)
 
 
@@ -127,7 +128,8 @@ def finalise_library(original, library):
 @_instead(cpu.CPUContext, "get_executable")
 def _executable(original, context, library, *rest):
     """The entry for Python without an address, for a library that is not translated."""
-    before, deferred.addressless = deferred.addressless, _spared(library)
+    before = deferred.addressless
+    deferred.addressless = _spared(library)
     try:
         return original(context, library, *rest)
     finally:

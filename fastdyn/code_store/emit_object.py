@@ -90,14 +90,16 @@ def _linked(result, symbol, kernel):
     else:
         module.get_function(result.fndesc.llvm_func_name).name = symbol
     memory = llvm.parse_assembly(runtime.ASSEMBLY)
-    memory.triple, memory.data_layout = module.triple, module.data_layout
+    memory.triple = module.triple
+    memory.data_layout = module.data_layout
     module.link_in(memory)
     return module
 
 
 def _check_origin(library):
     """Refuse code from Numba's own cache: its names are unique only in the process that made it."""
-    seen, todo = set(), [library]
+    seen = set()
+    todo = [library]
     while todo:
         one = todo.pop()
         if one in seen:

@@ -25,7 +25,8 @@ LIBM = frozenset(
     "nearbyint pow rint round sin sincos sinh sqrt tan tanh tgamma trunc".split()
 )
 PYTHON = frozenset("PyGILState_Ensure PyGILState_Release Py_FatalError".split())  # LAPACK's errors
-PREFIX, OF_SCIPY = "numba_", "scipy_special_"
+PREFIX = "numba_"
+OF_SCIPY = "scipy_special_"
 
 _lock = threading.Lock()
 PIECES = 32  # most pieces of code of a linker, whose data grow faster than their number
@@ -43,7 +44,8 @@ class _Linker:
 
     def __init__(self):
         initialise()
-        self.llvms, self.left = llvm.create_lljit_compiler(use_jit_link=True), PIECES
+        self.llvms = llvm.create_lljit_compiler(use_jit_link=True)
+        self.left = PIECES
         self.trackers: dict = {}
 
 
@@ -62,7 +64,8 @@ class Library:
     __slots__ = ("_held", "address")
 
     def __init__(self, address, linker, name):
-        self.address, self._held = address, (linker, name)
+        self.address = address
+        self._held = (linker, name)
 
     def __del__(self, released=_released):
         released.append(self._held)  # `_unload` calls LLVM later: an object may end anywhere
@@ -113,8 +116,10 @@ def _of_scipy(name):
     """The address of a function of real numbers of `scipy.special`; None without one."""
     from scipy.special import cython_special
 
-    capsules, api = vars(cython_special)["__pyx_capi__"], ctypes.pythonapi
-    api.PyCapsule_GetName.restype, api.PyCapsule_GetPointer.restype = c_char_p, c_void_p
+    capsules = vars(cython_special)["__pyx_capi__"]
+    api = ctypes.pythonapi
+    api.PyCapsule_GetName.restype = c_char_p
+    api.PyCapsule_GetPointer.restype = c_void_p
     for variant in ("", "__pyx_fuse_0", "__pyx_fuse_1"):  # those of a type of numbers each
         capsule = py_object(capsules.get(variant + name))
         form = api.PyCapsule_GetName(capsule) if capsule.value else b""

@@ -10,9 +10,12 @@ import struct
 
 MAGIC = b"fastdyn object 1\n"
 DIGEST = 32
-ELF, MACH_O = b"\x7fELF\x02\x01", b"\xcf\xfa\xed\xfe"
+ELF = b"\x7fELF\x02\x01"
+MACH_O = b"\xcf\xfa\xed\xfe"
 RELOCATABLE, SYMBOL_TABLE = 1, 2  # of ELF
-MACH_O_OBJECT, MACH_O_SYMBOLS, MACH_O_SEGMENT = 1, 0x02, 0x19
+MACH_O_OBJECT = 1
+MACH_O_SYMBOLS = 0x02
+MACH_O_SEGMENT = 0x19
 MACH_O_CONSTRUCTORS = {0x09, 0x0A, 0x15, 0x16}  # types of sections
 BROKEN = (
     ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError,
@@ -44,12 +47,14 @@ def unpacked(data, symbol, check=None):
     ``check(code, symbol, needs)`` refuses wrong code; the default, `checked`, is for object code.
     """
     n = len(MAGIC)
-    digest, rest = data[n : n + DIGEST], data[n + DIGEST :]
+    digest = data[n : n + DIGEST]
+    rest = data[n + DIGEST :]
     if data[:n] != MAGIC or hashlib.sha256(rest).digest() != digest:
         raise NotWhole("it is damaged")
     try:
         (size,) = struct.unpack_from("<q", rest)
-        header, code = json.loads(rest[8 : 8 + size]), rest[8 + size :]
+        header = json.loads(rest[8 : 8 + size])
+        code = rest[8 + size :]
         _check_header(header, symbol)
         (check or checked)(code, symbol, header["needs"])
     except BROKEN as error:  # the hash tells that the file is unchanged, not that the file is right
@@ -94,7 +99,8 @@ def _of_elf(code):
     (start,) = struct.unpack_from("<Q", code, 0x28)
     size, count, names_of_sections = struct.unpack_from("<HHH", code, 0x3A)
     sections = [struct.unpack_from("<IIQQQQIIQQ", code, start + i * size) for i in range(count)]
-    defined, undefined = [], []
+    defined = []
+    undefined = []
     for name, kind, _, _, offset, length, link, *_ in sections:
         if _text(code, sections[names_of_sections][4] + name).startswith(CONSTRUCTORS):
             raise NotWhole(RUNS_WHEN_LOADED)
@@ -117,7 +123,9 @@ def _of_mach_o(code):
     kind, count = struct.unpack_from("<II", code, 0x0C)
     if kind != MACH_O_OBJECT:
         raise NotWhole("it is no relocatable object")
-    defined, undefined, at = [], [], 0x20
+    defined = []
+    undefined = []
+    at = 0x20
     for _ in range(count):
         command, size = struct.unpack_from("<II", code, at)
         if command == MACH_O_SEGMENT:

@@ -32,7 +32,8 @@ def processor(now=None):
 
 @functools.cache
 def _processor(name, features):
-    given, name = name, name or llvm.get_host_cpu_name()
+    given = name
+    name = name or llvm.get_host_cpu_name()
     if features is None:
         features = _features(given or name)
     return llvm.get_process_triple(), name, features
@@ -108,7 +109,8 @@ def optimise(module, look=None):
 
     ``look()`` is called after each, and may raise an exception.
     """
-    loops, words = bool(setting("LOOP_VECTORIZE")), bool(setting("SLP_VECTORIZE"))
+    loops = bool(setting("LOOP_VECTORIZE"))
+    words = bool(setting("SLP_VECTORIZE"))
     level: Any = setting("OPT")
     highest = getattr(level, "is_opt_max", False)
     _run(module, 3 if highest else 0, loops and highest, False, int(level) != 0)
@@ -122,7 +124,8 @@ def optimise(module, look=None):
 def _run(module, level, loops, words, prepare):
     tuning = llvm.create_pipeline_tuning_options()
     tuning.speed_level = level
-    tuning.loop_vectorization, tuning.slp_vectorization = loops, words
+    tuning.loop_vectorization = loops
+    tuning.slp_vectorization = words
     builder = llvm.create_pass_builder(target(), tuning)
     passes = builder.getModulePassManager()
     if prepare:

@@ -37,7 +37,8 @@ def linked(kernel, texts, symbol, look):
     for_machine(module, target())
     for name, text in texts.items():
         function = llvm.parse_assembly(text, context)
-        function.triple, function.data_layout = module.triple, module.data_layout
+        function.triple = module.triple
+        function.data_layout = module.data_layout
         internal(function, name)
         module.link_in(function)
     module.get_function(KERNEL).name = symbol

@@ -167,7 +167,8 @@ def _stopped(seconds):
 
 
 def _at_exit():
-    thread, _state.stop = _state.thread, True
+    thread = _state.thread
+    _state.stop = True
     if thread is not None:  # Numba looks at no clock
         raised = ctypes.c_ulong(thread.ident or 0), ctypes.py_object(SystemExit)
         ctypes.pythonapi.PyThreadState_SetAsyncExc(*raised)
@@ -187,7 +188,9 @@ def _in_child():
     for job in _jobs:
         job.end()
     _jobs.clear()
-    _state.thread, _state.clock, _state.stop = None, None, False
+    _state.thread = None
+    _state.clock = None
+    _state.stop = False
 
 
 atexit.register(_at_exit)

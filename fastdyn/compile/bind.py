@@ -151,7 +151,10 @@ def rebind(bound, fun, args):
     function = bound.function
     if function is None or bound.mode.constant:
         return function is not None
-    mode, n, varying, base = bound.mode, bound.n, (), function.notes.get(BASE, function)
+    mode = bound.mode
+    n = bound.n
+    varying = ()
+    base = function.notes.get(BASE, function)
     if base is not function:
         fun, mode, n, varying = fun.as_traced()
     if numpy_errors_are_heard() or left_of(fun, args, mode)[0]:

@@ -54,8 +54,11 @@ class Account:
     """The seconds that solves have waited for the code of a function, and have run it in Python."""
 
     def __init__(self, name):
-        self.waited, self.in_python, self.rounds = 0.0, 0.0, 0
-        self.name, self.told = name, False
+        self.waited = 0.0
+        self.in_python = 0.0
+        self.rounds = 0
+        self.name = name
+        self.told = False
         self.job: Any = None
 
     def left(self):
@@ -132,9 +135,12 @@ def _waited_for(job, left):
 
     `_now` counts the work as this thread's.
     """
-    began, at, spent = perf_counter(), background.seconds(), 0.0
+    began = perf_counter()
+    at = background.seconds()
+    spent = 0.0
     while not (done := job.wait(min(PAUSE, left - spent))):
-        now, wall = background.seconds(), perf_counter() - began
+        now = background.seconds()
+        wall = perf_counter() - began
         spent = wall if at is None or now is None else max(now - at, wall / SLOWEST)
         if spent >= left:
             break

@@ -44,10 +44,15 @@ def parts_of(fun, args):
     """Take a callable apart; raise Uncompilable if it has no Python code."""
     if DISABLED:
         raise Uncompilable(SWITCHED_OFF)
-    leading, keywords, options, owner, jitted = (), {}, {}, None, False
+    leading = ()
+    keywords = {}
+    options = {}
+    owner = None
+    jitted = False
     if fun.__class__ is not python.FunctionType:
         while isinstance(fun, functools.partial):
-            leading, keywords = fun.args + leading, {**fun.keywords, **keywords}
+            leading = fun.args + leading
+            keywords = {**fun.keywords, **keywords}
             fun = fun.func
         if isinstance(fun, python.MethodType):
             fun, owner = fun.__func__, fun.__self__

@@ -20,9 +20,12 @@ from .function_convention import call, code_at
 from .python_callback import evaluate as in_python
 from .sentences import GaveUp
 
-TOLERANCE, CANCELLED = 1e-9, 1e-12
+TOLERANCE = 1e-9
+CANCELLED = 1e-12
 CLOSE = 1e-6  # largest error by cancellation around the start, relative to the largest number
-COUNT, CANDIDATES, ENOUGH = 16, 256, 3
+COUNT = 16
+CANDIDATES = 256
+ENOUGH = 3
 FEWEST, MOST_NUMBERS = 4, 2**19  # fewest points; most numbers, points times length
 PERIOD = 65_537  # a prime, after which the random numbers of a long state repeat
 EPS = np.finfo(float).eps
@@ -35,9 +38,12 @@ def points_around(near, n, trace=None):
 
     Returns times, shape (k,), and states, shape (k, n).
     """
-    t0, tf, y0 = near.t0, near.tf, np.resize(np.asarray(near.y0, float), n)
+    t0 = near.t0
+    tf = near.tf
+    y0 = np.resize(np.asarray(near.y0, float), n)
     rng = np.random.default_rng(0)
-    k, decisions = CANDIDATES, []
+    k = CANDIDATES
+    decisions = []
     graph: Any = None
     if trace is not None and trace.graph.batches is None:
         graph = trace.graph
@@ -64,7 +70,8 @@ def points_around(near, n, trace=None):
         y[i] = np.where(rng.random(n) < 0.5, (1 - i % 2) * y0, y[i])
     for i in np.flatnonzero((each % 7 == 5) & ~positive):
         y[i] *= 10.0 ** rng.uniform(-12, 2)
-    t[0], y[0] = t0, y0
+    t[0] = t0
+    y[0] = y0
     chosen = list(range(count))
     if decisions:
         sides = evaluate(graph, [], t, y.T, graph.values, decisions)[1].astype(bool)
@@ -118,12 +125,15 @@ def compare_around(bound, near, trace=None):
         code cannot be used although it is not wrong: it gives up, or the function gives no numbers,
         or another value at each call.
     """
-    compared, failed = 0, "it gives no finite number near the start"
+    compared = 0
+    failed = "it gives no finite number near the start"
     time: Any = float  # SciPy's first call passes a float
     for t, y in zip(*points_around(near, bound.n, trace), strict=True):
         look()
-        t, time = time(t), np.float64
-        real, mine = python_value(bound, t, y), machine_value(bound, t, y)
+        t = time(t)
+        time = np.float64
+        real = python_value(bound, t, y)
+        mine = machine_value(bound, t, y)
         if mine is None and _is_value(real):
             if trace is None:
                 continue
@@ -147,7 +157,8 @@ def compare_along(bound, times, states, time: Any = np.float64):
     """
     found = []
     for t, y in zip(times, states, strict=True):
-        t, y = time(t), y[: bound.n]
+        t = time(t)
+        y = y[: bound.n]
         found.append((t, y, python_value(bound, t, y), machine_value(bound, t, y)))
     pairs = [(real, mine) for *_, real, mine in found if _is_value(real) and mine is not None]
     if not found or (len(pairs) == len(found) and all_close(*zip(*pairs, strict=True))):
@@ -194,12 +205,14 @@ def called(bound, function, size, t, y):
     Returns the `size` results, whether the code raised, and the word of the sides that its
     decisions took.
     """
-    block, out = bound.block, np.empty(size)
+    block = bound.block
+    out = np.empty(size)
     kept = block[RAISED_WORD : TIME + 1].copy()
     block[SIDES] = 0
     left = ctypes.c_int64()
     failed = call(code_at(function.address), t, y.copy(), block, out, ctypes.addressof(left))
-    sides, block[RAISED_WORD : TIME + 1] = int(block[SIDES]), kept
+    sides = int(block[SIDES])
+    block[RAISED_WORD : TIME + 1] = kept
     return out, failed, sides
 
 
@@ -209,7 +222,9 @@ def seconds_of(bound, t, y):
     The time of machine code holds for all values, because no loop of a trace depends on values.
     """
     y = np.resize(np.asarray(y, float), bound.n)
-    block, out, left = bound.block, np.empty(bound.mode.n_results(len(y))), ctypes.c_int64()
+    block = bound.block
+    out = np.empty(bound.mode.n_results(len(y)))
+    left = ctypes.c_int64()
     kept = block[RAISED_WORD : TIME + 1].copy()
     code, place = code_at(bound.function.address), ctypes.addressof(left)
     words = place, place, t, y.ctypes.data, len(y), block.ctypes.data, out.ctypes.data
@@ -234,7 +249,8 @@ def agree(bound, real, mine, t, y, largest=0.0, of_solution=True):
 
 def _by_rounding(bound, real, mine, t, y):
     """Whether roundings of t and y change the Python function as much as the results differ."""
-    spread, signs = np.zeros(real.shape), np.random.default_rng(0).choice((-1.0, 1.0), (3, len(y)))
+    spread = np.zeros(real.shape)
+    signs = np.random.default_rng(0).choice((-1.0, 1.0), (3, len(y)))
     for sign in signs:
         moved = python_value(bound, type(t)(t * (1.0 + sign[0] * EPS)), y * (1.0 + sign * EPS))
         if not _is_value(moved) or moved.shape != real.shape:
@@ -275,7 +291,8 @@ def differ(real, mine, largest=0.0, of_solution=True):
         odd = np.isfinite(real) != np.isfinite(mine)
     if odd.any():
         return True
-    real, mine = real[finite], mine[finite]
+    real = real[finite]
+    mine = mine[finite]
     scale = np.maximum(np.abs(real), 1e-3 * np.max(np.abs(real), initial=0.0))
     allowed = np.maximum(TOLERANCE * scale, CANCELLED * largest) + 1e-300
     return bool(np.any(np.abs(real - mine) > allowed))

@@ -114,7 +114,8 @@ def frozen_function(function, seen=()):
         return ("library", function.__module__, function.__qualname__)
     if function in seen:
         raise Uncompilable("it calls itself, and compiled code would not stop at any depth")
-    seen, tokens = (*seen, function), []
+    seen = (*seen, function)
+    tokens = []
     defaults = [("a default", value) for value in function.__defaults__ or ()]
     for name, value in (*outside(function), *defaults):
         try:
@@ -126,7 +127,8 @@ def frozen_function(function, seen=()):
 
 def outside(function):
     """The (name, value) of each global, and of each closure variable, that a function reads."""
-    code, space = function.__code__, function.__globals__
+    code = function.__code__
+    space = function.__globals__
     found = [(name, space[name]) for name in names_of(code) if name in space]
     cells = zip(code.co_freevars, function.__closure__ or (), strict=True)
     found += [(name, cell.cell_contents) for name, cell in cells if cell != EMPTY]

@@ -12,7 +12,9 @@ import math
 
 from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
 
-POINTER, NUMBER, WHOLE = ctypes.c_void_p, ctypes.c_double, ctypes.c_ssize_t
+POINTER = ctypes.c_void_p
+NUMBER = ctypes.c_double
+WHOLE = ctypes.c_ssize_t
 SIGNATURE = ctypes.CFUNCTYPE(
     ctypes.c_int, POINTER, POINTER, NUMBER, POINTER, WHOLE, POINTER, POINTER
 )
@@ -32,7 +34,8 @@ def call(function, t, y, block, out, left=None):
     """
     block[RAISED_WORD] = 0
     function(left, left, t, y.ctypes.data, len(y), block.ctypes.data, out.ctypes.data)
-    raised, block[RAISED_WORD] = block[RAISED_WORD], 0
+    raised = block[RAISED_WORD]
+    block[RAISED_WORD] = 0
     return bool(raised)
 
 
@@ -45,8 +48,11 @@ def form():
     """The LLVM type of a compiled function."""
     from llvmlite import ir
 
-    pointer, real, word = ir.IntType(8).as_pointer(), ir.DoubleType(), ir.IntType(64)
-    numbers, words = real.as_pointer(), word.as_pointer()
+    pointer = ir.IntType(8).as_pointer()
+    real = ir.DoubleType()
+    word = ir.IntType(64)
+    numbers = real.as_pointer()
+    words = word.as_pointer()
     return ir.FunctionType(ir.IntType(32), [pointer, pointer, real, numbers, word, words, numbers])
 
 

@@ -114,7 +114,8 @@ def with_code(function, python, held, parameters, mode, n, at=()):
     """The Bound of a compiled function of n components."""
     end = FIRST + function.n_words
     block = np.zeros(end + n, np.int64)
-    block[0], block[FAULT] = function.address, end
+    block[0] = function.address
+    block[FAULT] = end
     if parameters:
         pack_all(parameters, block, held.memory)
     return Bound(function, block, python, held, None, parameters, mode, (), {}, at)

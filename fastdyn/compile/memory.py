@@ -23,7 +23,10 @@ class _Entry:
     __slots__ = ("key", "size", "table", "value")
 
     def __init__(self, table, key, value, size):
-        self.table, self.key, self.value, self.size = table, key, value, size
+        self.table = table
+        self.key = key
+        self.value = value
+        self.size = size
 
 
 class _Store:
@@ -31,12 +34,14 @@ class _Store:
 
     def __init__(self):
         self.entries: OrderedDict[_Entry, None] = OrderedDict()
-        self.lock, self.size = threading.RLock(), 0
+        self.lock = threading.RLock()
+        self.size = 0
         self.latest: Any = None  # the entry used last, which stands at the end
 
     def release(self, most=0):
         """Remove and return entries until at most one, or the size `most`, remains."""
-        gone, self.latest = [], None
+        gone = []
+        self.latest = None
         while self.size > most and len(self.entries) > (most > 0):
             gone.append(self.entries.popitem(last=False)[0])
             del gone[-1].table.entries[gone[-1].key]

@@ -16,7 +16,8 @@ from .callables import Uncompilable
 from .fingerprint import Constant, Unknown, frozen
 
 ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}
-FLOAT, INT = ("float",), ("int",)
+FLOAT = ("float",)
+INT = ("int",)
 KINDS = {"f": FLOAT, "i": INT, "u": INT}  # of NumPy's dtypes
 
 
@@ -89,6 +90,7 @@ def pack(parameter_type, value, words, floats, at, keepalive):
 
 def pack_all(parameters, block, keepalive):
     """Write all parameters, given as (type, value), into a block."""
-    at, floats = FIRST, block.view(np.float64)
+    at = FIRST
+    floats = block.view(np.float64)
     for k, value in parameters:
         at = pack(k, value, block, floats, at, keepalive)

@@ -59,7 +59,9 @@ class Held:
 
     def take(self, fun, args, values=None):
         """Hold another function and other arguments, and nothing of those before."""
-        self.fun, self.args, self.values = fun, args, values
+        self.fun = fun
+        self.args = args
+        self.values = values
         self.memory: list = []
 
 
@@ -91,10 +93,15 @@ class Callback:
     raises: Any = None
 
     def __init__(self, fun, mode, n, announce=None, n_out=None):
-        self.exception, self.inside, self.pending, self.writes = None, False, None, True
+        self.exception = None
+        self.inside = False
+        self.pending = None
+        self.writes = True
         self.after: Any = None
         self.later: Any = np.float64
-        self._fun, self._mode, self._arrays = fun, mode, {}
+        self._fun = fun
+        self._mode = mode
+        self._arrays = {}
         self._is_plain = mode is DERIVATIVE
         self._announcement = announce
         self._n_out = n_out or mode.n_results(n)
@@ -109,7 +116,8 @@ class Callback:
     def announce(self):
         """Tell the user, once, that the function runs in Python."""
         if self._announcement is not None:
-            said, self._announcement = self._announcement, None
+            said = self._announcement
+            self._announcement = None
             said()
 
     def _written(self, state, given):
@@ -237,7 +245,8 @@ def explained(error, fun, name, t, y):
     """Add the note of `words.raised` to an exception of the argument of a name."""
     who = "An event" if name == "event" else f"`{name}`"
     held = getattr(fun, "of", None) or Held()
-    called, args = held.fun, held.args
+    called = held.fun
+    args = held.args
     of_code = FORMS_OF_CODE.get(getattr(called, "__code__", None), "t, y, *args")
     form = getattr(called, "form", of_code)
     form = f"{name}({form})" if form != "t, y, *args" else FORMS.get(name, f"{name}({form})")

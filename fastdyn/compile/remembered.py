@@ -96,7 +96,8 @@ class _Flow:
 
     def place(self, node):
         """The value and the object that an expression names, ``m['sum']`` and ``m``, or None."""
-        base, exact = node, True
+        base = node
+        exact = True
         while isinstance(base, ast.Subscript):
             exact = exact and isinstance(base.slice, ast.Constant)
             base = base.value
@@ -122,7 +123,8 @@ class _Flow:
                 return self.copied.get(node.id, set()), self.computed.get(node.id, set())
         if isinstance(node, ast.IfExp):
             self.tests.update(*self.needs(node.test))
-            (a, b), (c, d) = self.needs(node.body), self.needs(node.orelse)
+            a, b = self.needs(node.body)
+            c, d = self.needs(node.orelse)
             return a | c, b | d
         return set(), self._inside(node)
 
@@ -185,7 +187,8 @@ class _Flow:
 
     def given(self, target, copied, computed, when, latches):
         """Note the values on which a target of an assignment depends."""
-        place, name = self.place(target), target
+        place = self.place(target)
+        name = target
         while isinstance(name, ast.Subscript | ast.Attribute | ast.Starred):
             name = name.value
         if place is None:

@@ -85,7 +85,8 @@ def explain(error):
         return lines[-1]
     skip = ("Failed in", "During:", "File ", "<source", "- Resolution", "There are", "[", "raised")
     what = [s for s in lines if not s.startswith(skip) and "type inference" not in s]
-    sentence, known = (what or [""])[0].rstrip(".:"), isinstance(error, Unsealable)
+    sentence = (what or [""])[0].rstrip(".:")
+    known = isinstance(error, Unsealable)
     for pattern, meaning in SENTENCES:
         sentence, count = re.subn(pattern, meaning, sentence)
         known = known or count > 0
@@ -155,7 +156,9 @@ def warn(said, category: type[Warning] = UserWarning):
 
 def _levels_inside():
     """The `stacklevel` at which the caller's warning names the first line outside fastdyn."""
-    frame, level = sys._getframe(1), 1
+    frame = sys._getframe(1)
+    level = 1
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(PACKAGE):
-        frame, level = frame.f_back, level + 1
+        frame = frame.f_back
+        level = level + 1
     return level

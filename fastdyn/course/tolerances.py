@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-RTOL, ATOL = 1e-9, 1e-12
+RTOL = 1e-9
+ATOL = 1e-12
 TIGHT: dict[str, Any] = {"rtol": RTOL, "atol": ATOL}
 
 

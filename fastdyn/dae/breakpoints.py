@@ -29,7 +29,8 @@ class Breakpoints:
         There ``again(t, state)`` acts, with the first time behind the breakpoint: it returns a
         consistent state.
         """
-        p, n = problem, len(self._ends)
+        p = problem
+        n = len(self._ends)
         rising = self._ends if p.tf >= p.t0 else self._ends[::-1].copy()
         indices = (0, n, 1) if p.tf >= p.t0 else (n - 1, -1, -1)
         place = len(p.events or ()) + len(p.schedules)

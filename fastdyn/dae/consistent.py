@@ -18,7 +18,8 @@ from .index import (
     null_spaces,
 )
 
-ITERATIONS, HALVINGS = 100, 40
+ITERATIONS = 100
+HALVINGS = 40
 DESCENT = 1e-4  # the share of the linear decrease that a step must reach
 CLOSE = 1e-10  # of the last change, relative to the numbers
 ROUNDING = 1e-9  # of derivatives that fulfil the equations
@@ -27,8 +28,10 @@ NEAR = 1e-3  # of the last change, in units of the tolerance, where rounding sto
 
 def consistent(equations, problem, given):
     """[y, y'] with F = 0, from the start of a problem; ValueError without."""
-    p, both = problem, problem.y0
-    jacobian, rates = equations.jacobian(both), equations.rates(both)
+    p = problem
+    both = problem.y0
+    jacobian = equations.jacobian(both)
+    rates = equations.rates(both)
     if not rates.any():
         raise ValueError(
             "`F` does not depend on `yp`: its equations are algebraic, without an initial value "
@@ -55,7 +58,8 @@ def _with_all_derivatives(equations, p, both, rates, free, given):
 
     Combinations u of the equations without derivatives give u (dF/dt + dF/dy y') = 0.
     """
-    n, jacobian = equations.n, equations.jacobian(both)
+    n = equations.n
+    jacobian = equations.jacobian(both)
     span = abs(p.tf - p.t0)
     step = STEP * max(abs(p.t0), min(span, 1.0) if span > 0.0 else 1.0)
     by_time = equations.by_time(both, step if p.tf >= p.t0 else -step)
@@ -82,7 +86,8 @@ def completed(equations, jacobian, rates, rate, by_time):
     """
     n = equations.n
     if n > DENSE:
-        found, rate = large_rates(jacobian, n, rate, by_time), rate.copy()
+        found = large_rates(jacobian, n, rate, by_time)
+        rate = rate.copy()
         rate[~rates] = found[~rates]
         return rate
     left, right = null_spaces(jacobian, n, equations.noise)
@@ -95,7 +100,8 @@ def completed(equations, jacobian, rates, rate, by_time):
 
 def _singular(equations, both):
     """The ValueError that says why the equations are not of index 1 at a state, or None."""
-    jacobian, n = equations.jacobian(both), equations.n
+    jacobian = equations.jacobian(both)
+    n = equations.n
     try:
         if n > DENSE:
             check_large_index(jacobian, n)
@@ -115,14 +121,16 @@ def held_of(given, rates):
     """The numbers of [y, y'] that are held; `rates` marks the derivatives that occur in F."""
     if not isinstance(given, str):
         return given
-    none, all_ = np.zeros_like(rates), np.ones_like(rates)
+    none = np.zeros_like(rates)
+    all_ = np.ones_like(rates)
     halves = {"differential": (rates, ~rates), "y": (all_, ~rates), "yp": (none, all_)}
     return np.concatenate(halves[given])
 
 
 def _tolerance(p, both):
     """The tolerance of the numbers of [y, y']; of y' the change that moves y by its tolerance."""
-    span, n = abs(p.tf - p.t0), len(p.y0) // 2
+    span = abs(p.tf - p.t0)
+    n = len(p.y0) // 2
     unit = np.concatenate([np.ones(n), np.full(n, 1.0 / span if span > 0.0 else 1.0)])
     return p.atol * unit + p.rtol * np.abs(both)
 
@@ -232,7 +240,8 @@ def _full_solution(matrix, b, noise):
 
 def _line_search(equations, both, free, change, size):
     """([y, y'], F) behind a step that reduces F; None if no step does."""
-    before, share = size(equations.residual(both)), 1.0
+    before = size(equations.residual(both))
+    share = 1.0
     for _ in range(HALVINGS):
         trial = both.copy()
         trial[free] += share * change

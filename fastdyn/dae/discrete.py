@@ -17,7 +17,8 @@ def solve_with_discrete(solve, arguments, options):
 
     `solve` is `solve_dae`.
     """
-    given, options = dict(arguments), dict(options)
+    given = dict(arguments)
+    options = dict(options)
     if options.get("sensitivity") is not None:
         raise ValueError(
             "`sensitivity` and `discrete` do not go together in `solve_dae`: make a discrete state "
@@ -26,7 +27,8 @@ def solve_with_discrete(solve, arguments, options):
     y0 = validate.initial_state(given["y0"])
     d0 = longer.discrete_states(options.pop("discrete"), y0, options)
     longer.expect_action(options.get("on_event"))
-    n, m = len(y0), len(d0)
+    n = len(y0)
+    m = len(d0)
     events = listed(given["events"], options)
     jumps = longer.extended_events(events, options.pop("on_event", None), n, m)
     given["events"], options["on_event"] = jumps
@@ -103,8 +105,10 @@ class OwnSolution:
     """The first n components of a continuous solution."""
 
     def __init__(self, sol, n):
-        self._sol, self._n = sol, n
-        self.t_min, self.t_max = sol.t_min, sol.t_max
+        self._sol = sol
+        self._n = n
+        self.t_min = sol.t_min
+        self.t_max = sol.t_max
 
     def __call__(self, t):
         return self._sol(t)[: self._n]

@@ -58,7 +58,8 @@ class Equations:
     def jacobian(self, both):
         """[dF/dy, dF/dy'], (n, 2 n): sparse for many equations."""
         if self._address:
-            entries, block = self._entries, self._bound.block.copy()
+            entries = self._entries
+            block = self._bound.block.copy()
             block[0] = self._address
             numbers = np.full(len(entries.rows), np.nan)
             Call(evaluate_kernel(), block, self._t, np.ascontiguousarray(both), numbers)()
@@ -80,8 +81,10 @@ class Equations:
 
     def _by_groups(self, both):
         """(elements, Entries) by differences, for many columns at once."""
-        entries, n = self.pattern.both, self.n
-        group, numbers = groups_of(entries, 2 * n), np.zeros(len(entries.rows))
+        entries = self.pattern.both
+        n = self.n
+        group = groups_of(entries, 2 * n)
+        numbers = np.zeros(len(entries.rows))
         for g in range(group.max(initial=-1) + 1):
             change, steps = self._difference(both, group == g)
             mine = group[entries.columns] == g
@@ -96,8 +99,10 @@ class Equations:
     def _difference(self, both, which):
         """The central difference of F between displacements of some numbers; their distances."""
         steps = np.where(which, STEP * np.maximum(np.abs(both), 1e-3), 0.0)
-        high, low = both + steps, both - steps
-        above, below = self.residual(high), self.residual(low)
+        high = both + steps
+        low = both - steps
+        above = self.residual(high)
+        below = self.residual(low)
         change = above - below
         rounding = np.finfo(float).eps * (np.abs(above) + np.abs(below))
         return np.where(np.abs(change) <= 4 * rounding, 0.0, change), high - low
@@ -120,5 +125,6 @@ class Equations:
 
 def beside(both):
     """Two states and derivatives beside given ones."""
-    rng, size = np.random.default_rng(0), np.where(both == 0.0, 1.0, np.abs(both))
+    rng = np.random.default_rng(0)
+    size = np.where(both == 0.0, 1.0, np.abs(both))
     return [both + SHARE * rng.uniform(0.5, 1.0, len(both)) * size for _ in range(2)]

@@ -48,12 +48,16 @@ def _plain(fun):
     more: dict[str, Any] = {}
     while True:
         if isinstance(fun, functools.partial):
-            first, more, fun = fun.args + first, {**fun.keywords, **more}, fun.func
+            first = fun.args + first
+            more = {**fun.keywords, **more}
+            fun = fun.func
         elif isinstance(fun, python.MethodType):
-            first, fun = (fun.__self__, *first), fun.__func__
+            first = (fun.__self__, *first)
+            fun = fun.__func__
         elif is_jitted(fun):
             fun = fun.py_func
         elif isinstance(type(fun).__call__, python.FunctionType):
-            first, fun = (fun, *first), type(fun).__call__
+            first = (fun, *first)
+            fun = type(fun).__call__
         else:
             return fun, first, more

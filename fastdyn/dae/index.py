@@ -43,13 +43,15 @@ def check_structure(pattern, n):
 
 def check_index(jacobian, n, noise):
     """Raise ValueError unless the equations with a full Jacobian (n, 2 n) are of index 1."""
-    B, A = jacobian[:, :n], jacobian[:, n:]
+    B = jacobian[:, :n]
+    A = jacobian[:, n:]
     left, right = null_spaces(jacobian, n, noise)
     core, terms = (f(left).T @ f(B) @ f(right) for f in (np.asarray, np.abs))
     found = _null(np.where(np.abs(core) <= n * noise * terms, 0.0, core), n * noise)
     if found is None:
         return
-    equations, components = _largest(left @ found[0]), _largest(right @ found[1])
+    equations = _largest(left @ found[0])
+    components = _largest(right @ found[1])
     if all(_null(B + c * A, n * noise) is not None for c in SHIFTS):
         raise ValueError(
             f"The equations are singular: {names('equation', equations)} and "
@@ -67,7 +69,8 @@ def null_spaces(jacobian, n, noise):
     """Combinations of equations without derivatives, and of components whose derivatives do not
     occur: matrices (n, k), of columns.
     """
-    B, A = jacobian[:, :n], jacobian[:, n:]
+    B = jacobian[:, :n]
+    A = jacobian[:, n:]
     rows = 1.0 / _or_one(np.abs(A).max(axis=1), np.abs(B).max(axis=1))
     columns = 1.0 / _or_one(np.abs(rows[:, None] * A).max(axis=0))
     left, sizes, right = np.linalg.svd(rows[:, None] * A * columns)
@@ -86,9 +89,11 @@ def check_large_index(jacobian, n):
     jacobian = csc_matrix(jacobian)
     if not np.isfinite(jacobian.data).all():
         return
-    B, A = jacobian[:, :n], jacobian[:, n:]
+    B = jacobian[:, :n]
+    A = jacobian[:, n:]
     scale = abs(A).max() / (abs(B).max() or 1.0)
-    v, sizes = np.random.default_rng(0).uniform(0.5, 1.0, n), []
+    v = np.random.default_rng(0).uniform(0.5, 1.0, n)
+    sizes = []
     for h in (SMALL_STEP * scale, SMALL_STEP * scale / RATIO):
         try:
             sizes.append(np.abs(splu((A + h * B).tocsc()).solve(v)).max())
@@ -119,7 +124,8 @@ def large_rates(jacobian, n, rate, by_time):
     from scipy.sparse.linalg import splu
 
     jacobian = csc_matrix(jacobian)
-    B, A = jacobian[:, :n], jacobian[:, n:]
+    B = jacobian[:, :n]
+    A = jacobian[:, n:]
     h = SMALL_STEP * abs(A).max() / (abs(B).max() or 1.0)
     return splu((A + h * B).tocsc()).solve(A @ rate - h * by_time)
 

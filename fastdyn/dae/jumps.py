@@ -22,7 +22,8 @@ def with_acting(problem, others):
     The jumps of `problem` run in Python.
     """
     events = problem.events or ()
-    n, jumps = len(events), [*[e.act for e in events], *[s.jump for s in problem.schedules]]
+    n = len(events)
+    jumps = [*[e.act for e in events], *[s.jump for s in problem.schedules]]
     if problem.checkpoint is not None and any(jump is not None for jump in jumps):
         raise ValueError(
             "`checkpoint` of `solve_dae` does not go with `on_event`, schedules that act, nor, at "

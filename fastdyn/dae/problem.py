@@ -82,7 +82,8 @@ def problem_of_residual(given):
 
 def check_options(options, who="solve_dae"):
     """Raise a sentence for an option that the public function `who` does not take."""
-    refused, taken = refused_by(who), taken_by(who)
+    refused = refused_by(who)
+    taken = taken_by(who)
     for name in options:
         if refused.get(name):
             raise ValueError(f"`{who}` has no `{name}`: {refused[name]}.")
@@ -101,7 +102,8 @@ def _start(y0, yp0, given):
     if yp0 is None:
         if isinstance(given, str) and given == "yp":
             raise ValueError("given='yp' holds all of `yp0`: give it.")
-        yp0, given = np.zeros(len(y0)), "differential" if given is None else given
+        yp0 = np.zeros(len(y0))
+        given = "differential" if given is None else given
     else:
         yp0 = _real(yp0, "yp0")
     if len(yp0) != len(y0):
@@ -130,7 +132,8 @@ def _held(given, n):
 
 def held_components(given):
     """The components of `y0` that are held in an index reduction; None without an array."""
-    held, n = given.held, given.n
+    held = given.held
+    n = given.n
     if held is None or (isinstance(held, str) and held in GIVEN[:2]):
         return None
     if isinstance(held, str) or held[n:].any():

@@ -40,17 +40,21 @@ class DaeSolution(PiecewisePolynomial):
 
     def of_first(self, n):
         """The continuous solution of the first n components."""
-        found, rates = self.polynomials[:, :, :n], self._rates.polynomials[:, :, :n]
+        found = self.polynomials[:, :, :n]
+        rates = self._rates.polynomials[:, :, :n]
         return DaeSolution(self.ts, np.concatenate([found, rates], axis=2), self.spans)
 
 
 def result_of(problem, status, run, index):
     """The OdeResult of a Run that ended with this status, for equations of this index."""
-    found, n = outcome.result_of(problem, status, run), len(problem.y0) // 2
+    found = outcome.result_of(problem, status, run)
+    n = len(problem.y0) // 2
     result = OdeResult(found)
     both = np.asarray(found.y).reshape(2 * n, -1)
     sol = found.sol
-    result.y, result["yp"], result["index"] = both[:n], both[n:], index
+    result.y = both[:n]
+    result["yp"] = both[n:]
+    result["index"] = index
     result.sol = sol and DaeSolution(sol.ts, sol.polynomials, sol.spans)
     result["yp_events"] = None
     if found.y_events is not None:

@@ -36,8 +36,10 @@ def run_of(problem, held, breakpoints=None, longer=None):
         whole = with_jumps(p, lambda act: consistent_jump(p, equations, act))
     else:
         tangent = longer(p, equations)
-        whole, again = tangent.problem, tangent.again
-        bound, others = tangent.bound, tangent.others
+        whole = tangent.problem
+        again = tangent.again
+        bound = tangent.bound
+        others = tangent.others
     if breakpoints is not None:
         whole = breakpoints.scheduled(whole, again)
     return Run(whole, bound, with_acting(whole, others)), index

@@ -33,7 +33,8 @@ def with_breakpoints(given):
     switches = switches_of(bound)
     if switches is None:
         return given
-    found, options = switches.times(flat(bound.given), given.t0, given.tf), dict(given.options)
+    found = switches.times(flat(bound.given), given.t0, given.tf)
+    options = dict(given.options)
     if not len(found.t):
         return given
     asked: Any = options.get("breakpoints")
@@ -52,10 +53,12 @@ def with_short_steps(problem, members, bound):
     The trajectories take their steps in compiled code, where no state is made consistent behind a
     jump; a step from one switching time to beyond the next one could miss what lies between.
     """
-    switches, p = switches_of(bound), problem
+    switches = switches_of(bound)
+    p = problem
     if switches is None:
         return p
-    groups, varying = bound.function.traced.trace.reads.groups, {}
+    groups = bound.function.traced.trace.reads.groups
+    varying = {}
     for j, column in members.varying.items():
         if bound.at[j] is not None:
             varying[groups[bound.at[j]].first] = np.asarray(column, float)

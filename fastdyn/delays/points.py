@@ -27,7 +27,8 @@ def delays_of(bound, t0, y0):
     if function is None or function.traced is None or function.traced.in_batches:
         return None
     times, fixed = function.derived("delays", lambda: _times(function.traced))
-    graph, t = function.traced.trace.graph, np.array([t0])
+    graph = function.traced.trace.graph
+    t = np.array([t0])
     values, _ = evaluate(graph, times, t, y0[:, None], flat(bound.given))
     constant = {float(t0 - v) for (v,), is_fixed in zip(values, fixed, strict=True) if is_fixed}
     return Delays(tuple(sorted(constant)), not all(fixed))

@@ -15,7 +15,8 @@ class OnePiece(output.Output):
     """The output of a solve whose polynomials stay in one piece."""
 
     def _grow_dense(self, o):
-        d, spans = self.d, self.spans
+        d = self.d
+        spans = self.spans
         self._n_polynomials = 2 * len(d)
         self._new_polynomials()
         self.d[: len(d)] = d

@@ -169,7 +169,8 @@ def _tell_vanishing(result, equations, args, history):
     """Say that a delay vanishes, if that is why no step was short enough."""
     if result.status != -1:
         return
-    t, y = float(result.t[-1]), result.y[:, -1].copy()
+    t = float(result.t[-1])
+    y = result.y[:, -1].copy()
     with history.asked() as times:
         equations(t, y, *args)
     shortest = min((t - s for s in times), default=math.inf)

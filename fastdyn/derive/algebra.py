@@ -66,7 +66,8 @@ def _is_wave(factor):
 
 def _product(waves, kind, b):
     """A sum of amounts of sin a or cos a, times sin b or cos b."""
-    found, half = [], sp.Rational(1, 2)
+    found = []
+    half = sp.Rational(1, 2)
     for amount, own, a in waves:
         even = own is kind  # sin sin and cos cos are sums of cosines
         result = sp.cos if even else sp.sin
@@ -185,7 +186,8 @@ def _blocks(K):
 def _solved(K, r, unknowns, limit):
     """The steps of one block, which first take pivots that are nonzero everywhere."""
     rows = [[*K.row(n), r[n]] for n in range(len(r))]
-    left, formulas = list(unknowns), []
+    left = list(unknowns)
+    formulas = []
     while _operations(rows) <= limit and (pivot := _pivot(rows)):
         p, c = pivot
         row = rows[p]
@@ -219,7 +221,8 @@ def _operations(rows):
 
 def _pivot(rows):
     """The place of an entry that is nonzero for all states, with the least fill-in."""
-    best, place = None, None
+    best = None
+    place = None
     for n, line in enumerate(rows):
         across = sum(x != 0 for x in line[:-1])
         for c, x in enumerate(line[:-1]):
@@ -227,5 +230,6 @@ def _pivot(rows):
                 down = sum(other[c] != 0 for other in rows)
                 cost = ((across - 1) * (down - 1), _size(x))
                 if best is None or cost < best:
-                    best, place = cost, (n, c)
+                    best = cost
+                    place = (n, c)
     return place

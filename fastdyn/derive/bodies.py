@@ -54,7 +54,8 @@ class Body:
     """
 
     def __init__(self, model, name, mass, position):
-        self.model, self.name = model, name
+        self.model = model
+        self.name = name
         self.mass = expression(mass, f"the mass of {name}")
         self.position = vector(position, f"the position of {name}")
         self.forces: list[Force] = []
@@ -180,7 +181,8 @@ class Body:
         guided : bool
             True if the reaction may have either sign.
         """
-        over, place = vector(over, "the velocity of the ground"), self._place(at)
+        over = vector(over, "the velocity of the ground")
+        place = self._place(at)
         normal = direction(normal, "the normal")
         if through is None:
             self._holds([normal], at, [reaction], over)
@@ -195,7 +197,8 @@ class Body:
         if friction != 0:
             if along is None:
                 raise ValueError("friction needs `along`, the direction in which the body slips.")
-            along, both = direction(along, "the direction of slip"), (friction, static or friction)
+            along = direction(along, "the direction of slip")
+            both = (friction, static or friction)
             refuse_negative(f"of {self.name}", friction, static)
             slip = dot(self.velocity(at) - over, along)
             self.model.rubs(Contact.of(self, reaction, both, along, place, slip))
@@ -230,7 +233,8 @@ def point(given):
 
 def between(a, b, along) -> Any:
     """The points a and b, their distance, and the direction from a to b."""
-    a, b = point(a), point(b)
+    a = point(a)
+    b = point(b)
     if a.body is None and b.body is None:
         raise ValueError("a spring or a force between two places moves nothing.")
     d = b.position - a.position

@@ -133,7 +133,8 @@ class Declarations:
                 )
                 raise ValueError(f"{unit!r} is no unit that fastdyn knows; {said}")
         speeds = rates.split() if rates else [f"v{word}" for word in words]
-        said, units = bool(units), _each(units or "m", words)
+        said = bool(units)
+        units = _each(units or "m", words)
         for name, unit, speed in zip(words, units, _each(speeds, words), strict=True):
             refuse_degrees(name, unit)
             self.declare(name, speed, f"{name}_dd", f"d_{name}", f"d_{speed}")

@@ -68,7 +68,9 @@ class Derivation:
             raise ValueError(f"{model.name} has no body: nothing to move.")
         if not model.coordinate_list:
             raise ValueError(f"{model.name} has no coordinates.")
-        self.model, self.law, self.at_rest = model, law, at_rest
+        self.model = model
+        self.law = law
+        self.at_rest = at_rest
         resting = [one for one in model.contacts if one.name in at_rest]
         held = [Reaction(one.held, one.names[0], "N") for one in resting]
         senses = [one.sense for one in model.contacts if one.name not in at_rest]
@@ -114,7 +116,8 @@ class Derivation:
 
     def _held(self, constraint):
         """The Held of a constraint; None if the coordinates satisfy the constraint identically."""
-        motion, residual = self.motion, shortened(self.plain(constraint.expression))
+        motion = self.motion
+        residual = shortened(self.plain(constraint.expression))
         if residual == 0:
             return None
         if residual.free_symbols & {*motion.a, *motion.reactions}:

@@ -23,7 +23,8 @@ class Line:
     """A line of an explanation: words, and formulas as pairs of sides."""
 
     def __init__(self, words, *sides):
-        self.words, self.sides = words, sides
+        self.words = words
+        self.sides = sides
 
 
 class Explanation:
@@ -36,7 +37,8 @@ class Explanation:
     """
 
     def __init__(self, derivation):
-        self.formula, self.title = derivation.formula, derivation.model.title
+        self.formula = derivation.formula
+        self.title = derivation.model.title
         self.steps = [
             (heading, step(derivation)) for heading, step in zip(HEADINGS, STEPS, strict=True)
         ]
@@ -141,7 +143,9 @@ def _forces(d):
     names = ", ".join(map(d.formula.text, d.motion.reactions))
     lines += [Line(f"reactions of unknown size: {names}")] if names else []
     for one in d.model.contacts:
-        size, reaction, most = one.names[0], f"|{one.name}|", d.formula.text(d.plain(one.static))
+        size = one.names[0]
+        reaction = f"|{one.name}|"
+        most = d.formula.text(d.plain(one.static))
         if one.name in d.at_rest:
             lines.append(
                 Line(f"{size} holds the body: it rests while |{size}| <= ({most}) {reaction}")
@@ -188,7 +192,9 @@ def _constraints(d):
 
 
 def _start(d):
-    q, v, given = d.motion.q, d.motion.v, d.model.given
+    q = d.motion.q
+    v = d.motion.v
+    given = d.model.given
     tied = {
         s for one in d.held if one.position is not None for s in one.position.free_symbols & {*q}
     }

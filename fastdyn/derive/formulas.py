@@ -113,7 +113,8 @@ class _MathML(MathMLPresentationPrinter):
         if not order:
             return found
         letter = found.firstChild if found.nodeName == "msub" else found
-        dotted, dots = self.dom.createElement("mover"), self.dom.createElement("mo")
+        dotted = self.dom.createElement("mover")
+        dots = self.dom.createElement("mo")
         dots.appendChild(self.dom.createTextNode("˙¨"[order - 1]))
         if letter is not found:
             found.replaceChild(dotted, letter)

@@ -12,7 +12,9 @@ class Moving:
     """The position, motion and forces of a body, in plain symbols."""
 
     def __init__(self, derivation, body):
-        plain, rate, self._v = derivation.plain, derivation.motion.rate, derivation.motion.v
+        plain = derivation.plain
+        rate = derivation.motion.rate
+        self._v = derivation.motion.v
         self.derivation = derivation
         self.body, self.name, self.mass = body, body.name, plain(body.mass)
         self.r = plain(body.position)
@@ -44,7 +46,8 @@ class Moving:
 
     def resultant(self) -> Any:
         """The sum of all forces, and of all torques about the centre of mass."""
-        force, torque = self.weight, ZERO
+        force = self.weight
+        torque = ZERO
         for one in self.forces:
             if one.at is None:
                 torque += one.vector
@@ -94,7 +97,9 @@ class Laws(NamedTuple):
 
 def newton(derivation):
     """Newton's and Euler's laws, and their components along the motions and the reactions."""
-    motion, written, balances = derivation.motion, [], []
+    motion = derivation.motion
+    written = []
+    balances = []
     for one in derivation.bodies:
         force, torque = one.resultant()
         v, omega = one.partial()
@@ -133,7 +138,9 @@ def _reacting(R, balances, reactions):
 
 def lagrange(derivation):
     """Lagrange's equations, with the reactions that do work, or with multipliers."""
-    motion, T, V = derivation.motion, sp.expand(derivation.kinetic), derivation.potential
+    motion = derivation.motion
+    T = sp.expand(derivation.kinetic)
+    V = derivation.potential
     left = [
         motion.rate(sp.diff(T, v)) - sp.diff(T, q) for q, v in zip(motion.q, motion.v, strict=True)
     ]

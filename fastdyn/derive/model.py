@@ -184,7 +184,8 @@ class Model(Declarations):
         name, unit : str
             Name and unit of the residual.
         """
-        expression, name = residual_of(expression), name or self.free_name("constraint")
+        expression = residual_of(expression)
+        name = name or self.free_name("constraint")
         refuse_unknown_unit(name, unit)
         self.declare(name, f"{name}_rate", f"lambda_{name}")
         self.constraints.append(Constraint(expression, name, unit))

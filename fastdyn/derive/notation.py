@@ -151,7 +151,8 @@ def expression(given, what) -> Any:
 
 def stays(expression) -> bool:
     """Whether an expression of functions of time is constant, looked at for some numbers."""
-    change, random = rate(expression), np.random.default_rng(0)
+    change = rate(expression)
+    random = np.random.default_rng(0)
     variables = change.atoms(AppliedUndef, sp.Derivative) | change.free_symbols
     for _ in range(POINTS):
         there = {one: sp.Float(random.uniform(0.1, 0.9)) for one in variables}
@@ -166,7 +167,8 @@ def direction(given, what) -> Any:
     along = vector(given, what)
     if along == ZERO:
         raise ValueError(f"{what} has no direction: it is 0.")
-    square, random = dot(along, along), np.random.default_rng(0)
+    square = dot(along, along)
+    random = np.random.default_rng(0)
     variables = square.atoms(AppliedUndef, sp.Derivative) | square.free_symbols
     for _ in range(POINTS):
         there = {one: sp.Float(random.uniform(0.1, 0.9)) for one in variables}

@@ -25,7 +25,8 @@ class Residuals:
     """
 
     def __init__(self, motion, held, numbers):
-        self.n, self.held = len(motion.q), held
+        self.n = len(motion.q)
+        self.held = held
         self.positions = [one for one in held if one.position is not None]
         arguments = [now, *numbers, *motion.q, *motion.v]
         self._position = _residuals(arguments, [one.position for one in self.positions], motion.q)
@@ -90,7 +91,9 @@ def _newton(function, x, free):
                 break
         else:
             break
-        x, value, rows = tried, value_there, rows_there
+        x = tried
+        value = value_there
+        rows = rows_there
     size = np.abs(rows) @ np.abs(x) + np.abs(value)
     return x, np.where(np.abs(value) > 1e3 * ROUNDING * size, value, 0.0)
 
@@ -116,12 +119,14 @@ class Start:
     """
 
     def __init__(self, model, motion, held):
-        self.name, self._gives = model.name, [one.gives for one in model.drivers]
+        self.name = model.name
+        self._gives = [one.gives for one in model.drivers]
         self._inputs = [str(one) for one in motion.inputs]
         self._senses = [str(one) for one in motion.senses]
         self.names = [str(one) for one in (*motion.q, *motion.v)]
         self._free = np.array([name not in model.given for name in self.names])
-        numbers, values = [one.symbol for one in model.numbers], model.guesses | model.given
+        numbers = [one.symbol for one in model.numbers]
+        values = model.guesses | model.given
         self.expressions = [motion.symbols(values.get(name, 0)) for name in self.names]
         for name, one in zip(self.names, self.expressions, strict=True):
             if unknown := one.free_symbols - set(numbers):
@@ -175,7 +180,9 @@ class Start:
             The components before the constraints hold; for positions and velocities the residuals
             with their Jacobian behind, their number, which components are free, the first of these.
         """
-        found, residuals, n = [], self._residuals, len(self.names) // 2
+        found = []
+        residuals = self._residuals
+        n = len(self.names) // 2
 
         def begin(t, state, *numbers):
             return self._begin(*numbers)
@@ -206,6 +213,7 @@ class Start:
         given: dict[str, Any] = dict.fromkeys(self._senses, 1.0)
         for driver, names in zip(drivers, self._gives, strict=True):
             given |= dict(zip(names, np.atleast_1d(driver(t, state)), strict=True))
-        known, n = [t, *numbers, *(given[name] for name in self._inputs)], len(state) // 2
+        known = [t, *numbers, *(given[name] for name in self._inputs)]
+        n = len(state) // 2
         q, v, off = self._residuals.settle(known, state[:n], state[n:], free)
         return np.concatenate([q, v]), off

@@ -61,7 +61,8 @@ class DerivedSystem(System):
         result = super().solve(t_span, y0, method, project, **options)
 
         def values(names, points):
-            t, y = result.t[points], np.asarray(result.y)[:, points]
+            t = result.t[points]
+            y = np.asarray(result.y)[:, points]
             return {name: self.along(self.quantities[name], t, y) for name in names}
 
         warn_of_pull(result, values)
@@ -110,7 +111,8 @@ class DerivedSystem(System):
 
 def system_of(derivation, kind=DerivedSystem):
     """The class of the derived system, a subclass of `kind`."""
-    model, writer = derivation.model, Writer(derivation)
+    model = derivation.model
+    writer = Writer(derivation)
     space: dict[str, Any] = {
         "__doc__": _described(derivation),
         "__module__": __name__,
@@ -148,7 +150,8 @@ def _states(model):
 
 def functions_of(derivation, writer):
     """Energy, reactions, residuals of the constraints, and functions of the user."""
-    model, found = derivation.model, {}
+    model = derivation.model
+    found = {}
 
     def add(kind, name, expression, unit, label, **options):
         written = writer.number(name, expression)
@@ -207,7 +210,8 @@ def _class_name(model):
 
 def _described(derivation):
     """A docstring: the equations, solved or not."""
-    model, formula = derivation.model, derivation.formula
+    model = derivation.model
+    formula = derivation.formula
     lines = [f"{model.title}.", "", "Equations of motion::", ""]
     lines += [f"    {formula.text(row)} = 0" for row in derivation.residuals()]
     names = ", ".join([one.name for one in model.coordinate_list])

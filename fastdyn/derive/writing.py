@@ -24,8 +24,10 @@ class Writer:
     """
 
     def __init__(self, derivation, senses=None, beside=()):
-        model, motion = derivation.model, derivation.motion
-        self.motion, self.held = motion, derivation.held
+        model = derivation.model
+        motion = derivation.motion
+        self.motion = motion
+        self.held = derivation.held
         self.state = [*motion.q, *motion.v]
         parameters = [str(one.symbol) for one in model.numbers if not one.initial]
         given = [*parameters, *(one.name for one in model.drivers)]
@@ -91,7 +93,9 @@ class Writer:
 
     def _needed(self, results):
         """The steps that results need."""
-        todo, seen, steps = list(results), set(), {}
+        todo = list(results)
+        seen = set()
+        steps = {}
         while todo:
             for symbol in todo.pop().free_symbols - seen:
                 seen.add(symbol)
@@ -110,7 +114,8 @@ class Writer:
         found: Any
         short: Any
         found, short = sp.cse(list(expressions), symbols=self._numbered(), order="none")
-        parts, signs = {}, {}
+        parts = {}
+        signs = {}
         for symbol, part in found:
             part = part.xreplace(signs)
             if (-part).is_Symbol:  # not worth a name
@@ -121,7 +126,8 @@ class Writer:
 
     def _given(self, expressions):
         """Lines that unpack the state, and ask the drivers."""
-        lines, own = [self._unpacked()], self._whole
+        lines = [self._unpacked()]
+        own = self._whole
         own += f"[:{len(self.state)}]" if self._beside else ""
         used = set().union(*(one.free_symbols for one in expressions))
         for name, gives in self._drivers:
@@ -144,8 +150,10 @@ class Writer:
             The masses, which measure distances.
         """
         on_positions = [one for one in self.held if one.position is not None]
-        q, v = self.motion.q, self.motion.v
-        lines, known = [self._unpacked()], []
+        q = self.motion.q
+        v = self.motion.v
+        lines = [self._unpacked()]
+        known = []
         if on_positions:
             residuals = sp.Matrix([one.position for one in on_positions])
             step = self._shift(metric, residuals.jacobian(q), residuals, q)
@@ -164,9 +172,12 @@ class Writer:
 
     def _shift(self, metric, rows, residuals, moved):
         """Lines that take the shortest step to a zero of linear residuals."""
-        n, count = len(moved), len(residuals)
+        n = len(moved)
+        count = len(residuals)
         parts, short = self._shared([*metric, *rows, *residuals])
-        mass, rows, off = short[: n * n], short[n * n : -count], short[-count:]
+        mass = short[: n * n]
+        rows = short[n * n : -count]
+        off = short[-count:]
         text = [f"{name} = {real_text(part)}" for name, part in parts.items()]
         steps = ", ".join([*(f"d_{one}" for one in moved), *["_"] * count])
         blocks = [_rows(mass, n), _rows(rows, n), _tuple([sp.S.Zero] * n), _tuple(off)]

@@ -99,7 +99,8 @@ def compare_drift(
         if checkpoint is not None:
             raise ValueError("`checkpoint` needs the same steps again; `seconds` measures them.")
         options.setdefault("compile", "inlined")  # the timed kernel is the kernel of the run
-    names, studies = list(methods), {}
+    names = list(methods)
+    studies = {}
     for name in names:
         method_of(system, name)  # ValueError for an unknown one
     for name in sorted(names, key=is_adaptive):

@@ -210,7 +210,8 @@ class _Run:
             )
         self.system = system if hasattr(system, "rhs") else None
         if self.system is not None:
-            self.fun, self.args = system.rhs, system.args
+            self.fun = system.rhs
+            self.args = system.args
             self.y0 = system.initial_state() if y0 is None else y0
             self.moved = y0 is not None
             self.invariants = dict(system.invariants if invariants is None else invariants)
@@ -224,7 +225,8 @@ class _Run:
                 raise TypeError("give `y0`, or a system, which has one.")
         if not self.invariants:
             raise ValueError("there are no `invariants` to follow.")
-        self.method, self.period = method_of(system, method), period
+        self.method = method_of(system, method)
+        self.period = period
         self.y0 = validate.initial_state(self.y0)
 
     def length(self, step, n_steps, t_end, periods, steps_per_period):

@@ -5,7 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-BOUNDED, WALK, LINEAR, WORSE = "bounded", "random walk", "linear", "quadratic or worse"
+BOUNDED = "bounded"
+WALK = "random walk"
+LINEAR = "linear"
+WORSE = "quadratic or worse"
 UNDECIDED = "not yet distinguishable"
 FEWEST = 64  # points below which nothing is said
 RISE = 3.0  # growth of the mean square difference over that of neighbours that counts as growth
@@ -60,7 +63,8 @@ def growth(t, x, spread=0.0):
     neighbours, which is noise. That of a random walk scatters by 0.12 whatever the length. A
     line and a parabola are told apart by the power of the values themselves.
     """
-    t, x = np.asarray(t, float), np.asarray(x, float)
+    t = np.asarray(t, float)
+    x = np.asarray(x, float)
     if len(x) < FEWEST or not np.isfinite(x).all():
         return Growth(math.nan, math.nan, math.nan, (math.nan, math.nan), UNDECIDED)
     slope, slope_error = _line(t, x)
@@ -108,6 +112,7 @@ def _line(t, x):
 def _power(t, x):
     """The power p of |x| ~ t^p over the last three quarters, and its standard error."""
     late = slice(len(x) // 4, None)
-    a, b = np.log(t[late]), np.log(np.maximum(np.abs(x[late]), 1e-300))
+    a = np.log(t[late])
+    b = np.log(np.maximum(np.abs(x[late]), 1e-300))
     (power, _), cov = np.polyfit(a, b, 1, cov=True)
     return float(power), float(math.sqrt(cov[0, 0]))

@@ -37,7 +37,8 @@ def phase(exact, rhs, t, y, period):
     for i, value in enumerate(found):
         turns = round((before + step - value) / period)
         found[i] = value + turns * period
-        step, before = found[i] - before if i else 0.0, found[i]
+        step = found[i] - before if i else 0.0
+        before = found[i]
     return found
 
 

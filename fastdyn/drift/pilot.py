@@ -24,7 +24,9 @@ class Pilot:
     """The short runs of one method; `options` are those of `energy_drift`."""
 
     def __init__(self, system, name, options):
-        self._system, self._name, self._given = system, name, options
+        self._system = system
+        self._name = name
+        self._given = options
         self._options = {
             **{key: value for key, value in options.items() if key not in LENGTHS},
             "samples": 1, "checkpoint": None, "progress": False, "rounding": False,
@@ -80,7 +82,8 @@ class Pilot:
         )  # fmt: skip
 
     def _found(self, too_loose, **length):
-        low, high = math.log(TIGHTEST), math.log(LOOSEST)
+        low = math.log(TIGHTEST)
+        high = math.log(LOOSEST)
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
             study = self._run(rtol=math.exp(middle), **length)

@@ -79,8 +79,11 @@ class Study:
 
     def __init__(self, system, problem, names, survey, times, message):
         counts = Counted(*counters(survey.state))
-        n_bins, n_looks = int(survey.record["i_bin"][0]), int(survey.record["n"][0])
-        self.system, self.message, (self.seconds, self.preparation) = system, message, times
+        n_bins = int(survey.record["i_bin"][0])
+        n_looks = int(survey.record["n"][0])
+        self.system = system
+        self.message = message
+        self.seconds, self.preparation = times
         self.method = problem.method.name
         self.step = 0.0 if problem.method.error_order else problem.h
         self.rtol = float(np.max(problem.rtol)) if problem.method.error_order else None

@@ -36,7 +36,8 @@ class Steps:
 
     def __init__(self, problem, bound):
         p = self._problem = problem
-        self.bounds, self.block = [*bound.pair, bound], bound.block
+        self.bounds = [*bound.pair, bound]
+        self.block = bound.block
         self.settings = (p.rtol, p.atol, p.h_max)
         self._matrices = matrices_of_member(p, bound, ())
         self.state, self.work = begin(p, self._matrices.rows)
@@ -50,7 +51,8 @@ class Steps:
 
     def start(self):
         """The first derivative and step; the status."""
-        solve, method = Solve(self.state, self.work, self.block), self._problem.method
+        solve = Solve(self.state, self.work, self.block)
+        method = self._problem.method
         return Call(self._start, *solve, method.error_order, method.fsal_stage)()
 
     def took(self, seconds):
@@ -70,10 +72,15 @@ class Survey:
     """The arrays of a study in progress, and the chunk loop over them; its time in `seconds`."""
 
     def __init__(self, problem, steps, followed, samples, every):
-        p, n, m = problem, len(problem.y0), len(followed)
-        self._problem, self.steps, self._followed = p, steps, followed
+        p = problem
+        n = len(problem.y0)
+        m = len(followed)
+        self._problem = p
+        self.steps = steps
+        self._followed = followed
         self.bounds = [*steps.bounds, *followed]
-        self.state, self.work = steps.state, steps.work
+        self.state = steps.state
+        self.work = steps.work
         self.invariants: Any = np.zeros(m, INVARIANT)
         self.record: Any = np.zeros(1, SURVEY)
         self.record[0]["every"] = every
@@ -81,7 +88,8 @@ class Survey:
         self.bins = np.zeros((m, 3, samples))
         self.t_bins, self.y_bins = np.zeros(samples), np.zeros((samples, n))
         self._scratch = np.zeros(max(n, 1))
-        self._fresh, self.seconds = True, 0.0
+        self._fresh = True
+        self.seconds = 0.0
         self._point()
         self._kernels = survey_kernel(), open_survey_kernel()  # compiles
 
@@ -114,8 +122,11 @@ class Survey:
         """Step to the end, or to a failure; the status."""
         p = self._problem
         callbacks = [b.callback for b in self.bounds if b.callback is not None]
-        steps, (look, opened) = self.steps, self._kernels
-        status, chunk, past = RUNNING, FIRST_STEPS, Schedule(WHEN)
+        steps = self.steps
+        look, opened = self._kernels
+        status = RUNNING
+        chunk = FIRST_STEPS
+        past = Schedule(WHEN)
         solve = Solve(self.state, self.work, steps.block)
         survey = Call(
             look, steps.address, *solve, self.record,
@@ -129,7 +140,8 @@ class Survey:
         with interruptible(callbacks):
             while status == RUNNING:
                 began = time.perf_counter()
-                survey["advance"], survey["n"] = steps.address, chunk
+                survey["advance"] = steps.address
+                survey["n"] = chunk
                 status = survey()
                 spent = time.perf_counter() - began
                 self.seconds += spent

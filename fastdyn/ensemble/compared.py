@@ -15,7 +15,8 @@ from .workers import functions_of
 FEW = 4  # trajectories that are compared
 SOLVES = "ensembles that were solved"  # a key of a Function's notes
 SHARE, FEWEST = 50, 1000  # steps of a single solve: 1 / SHARE of all steps, at least FEWEST
-ROUNDINGS, EPS = 1e3, np.finfo(float).eps
+ROUNDINGS = 1e3
+EPS = np.finfo(float).eps
 APART = 100.0  # allowed difference of a single solve, in tolerances, as rounding moves steps
 
 
@@ -25,7 +26,8 @@ def compare_trajectories(ensemble, results):
     Ensembles 1, 2, 4, 8, ... of a function are compared, at states of the results and at the ends
     of steps of single solves.  The results of the first ensemble are compared with a single solve.
     """
-    p, members = ensemble.problem, ensemble.members
+    p = ensemble.problem
+    members = ensemble.members
     if compared.WHEN == "never" or not members.count:
         return
     chosen = np.unique(np.linspace(0, members.count - 1, FEW).astype(int)).tolist()
@@ -68,7 +70,8 @@ def _due(bound):
 
 def _states(problem, results, i, count):
     """Times and states of a trajectory, at most `count`, the last among them."""
-    times, states = [float(results.t_end[i])], [np.array(results.y_end[i])]
+    times = [float(results.t_end[i])]
+    states = [np.array(results.y_end[i])]
     y = results.y_eval[i]  # empty if a store has the states
     known = min(len(y), int(results.counts[i, 3]))
     for k in np.unique(np.linspace(0, known - 1, count - 1).astype(int)) if known else ():
@@ -83,10 +86,12 @@ def _alone(ensemble, results, i):
 
     None if the trajectory took no step, or if a function runs in Python.
     """
-    p, members = ensemble.problem, ensemble.members
+    p = ensemble.problem
+    members = ensemble.members
     if not results.counts[i, 0]:
         return None
-    most, start = max(FEWEST, int(results.counts[:, :2].sum()) // SHARE), members.state(i)
+    most = max(FEWEST, int(results.counts[:, :2].sum()) // SHARE)
+    start = members.state(i)
     p = of_member(p, members, i)._replace(y0=start, args=members.args(i), compile="shared")
     p = p._replace(t_eval=np.array([p.tf]), max_steps=int(min(p.max_steps, most)))
     run = run_of(p)
@@ -98,10 +103,12 @@ def _compare_alone(ensemble, results, i, bound):
 
     The allowed difference includes the difference to which a rounding of the start grows.
     """
-    run, ends = _alone(ensemble, results, i), []
+    run = _alone(ensemble, results, i)
+    ends = []
     if run is None or results.status[i] != FINISHED:
         return
-    p, start = run.problem, run.problem.y0
+    p = run.problem
+    start = run.problem.y0
     constant = not p.method.error_order  # the last step may pass the end, which is interpolated
     mine = np.array(results.y_end[i])
     rounding = EPS * np.maximum(np.abs(start), np.abs(mine))  # also of a start at zero

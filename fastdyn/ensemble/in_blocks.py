@@ -53,7 +53,8 @@ class _Here(Executor):
 
 def in_blocks(ensemble, client, store, block, threads, options):
     """Results for all members, and ``solve(bar)``, which fills them; see `solve_ensemble`."""
-    e, p = ensemble, ensemble.problem
+    e = ensemble
+    p = ensemble.problem
     if p.schedules:
         raise ValueError(
             "schedules (`at`, `every`) are for ensembles on the threads of this process: without "
@@ -65,14 +66,16 @@ def in_blocks(ensemble, client, store, block, threads, options):
     row_bytes = 8 * n * (1 if p.t_eval is None else 1 + len(p.t_eval))
     block = block_size(block, e.members.count, row_bytes, n_waiting)
     if store is None:
-        results, missing = Results(*sizes(e)), range(0, e.members.count, block)
+        results = Results(*sizes(e))
+        missing = range(0, e.members.count, block)
     else:
         from .zarr_store import Archived
 
         if e.members.complex:
             raise ValueError("`store` takes real states: give real and imaginary parts as one.")
         results = Archived(store, sizes(e), e.members, header, p.t_eval, n, block)
-        block, missing = results.block, results.missing()
+        block = results.block
+        missing = results.missing()
     given = {
         "fun": p.fun, "t_span": (p.t0, p.tf), "method": p.method.name.removesuffix(ON_PAIRS),
         "t_eval": p.t_eval,
@@ -117,7 +120,8 @@ def description(ensemble, first):
     `first` are arguments that stand for the arguments of all members.
     """
 
-    p, members = ensemble.problem, ensemble.members
+    p = ensemble.problem
+    members = ensemble.members
     try:
         called = functions_of(p, reductions.folds(ensemble.wanted))
         functions = fingerprint(

@@ -39,7 +39,8 @@ def argument_names(fun, args=()):
         parts = parts_of(fun, args)
     except Uncompilable:
         return []
-    code, first = parts.function.__code__, parts.positional.index(Y) + 1
+    code = parts.function.__code__
+    first = parts.positional.index(Y) + 1
     return [Label(name) for name in code.co_varnames[first : code.co_argcount]]
 
 

@@ -45,7 +45,9 @@ class Ensemble(NamedTuple):
 
 def sizes(ensemble):
     """Arguments of `Results`."""
-    members, p, wanted = ensemble.members, ensemble.problem, ensemble.wanted
+    members = ensemble.members
+    p = ensemble.problem
+    wanted = ensemble.wanted
     n_times = 0 if p.t_eval is None else len(p.t_eval)
     return (
         members.count, members.n, n_times, len(p.events or ()) + len(p.schedules),
@@ -85,9 +87,11 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     if callable(options.get("mass")) and members.count:
         asked = _with_mass_in_fun(asked, ours, members)
     fun = asked.fun
-    mode, n = COMPLEX_NUMBERS if members.complex else DERIVATIVE, members.n
+    mode = COMPLEX_NUMBERS if members.complex else DERIVATIVE
+    n = members.n
     if ours.second_order and not members.complex:
-        mode, n = ACCELERATION, members.n // 2
+        mode = ACCELERATION
+        n = members.n // 2
         if members.count:
             check_second_order(fun, t0, members.state(members.usual), members.first, ours.name)
     complex_states = members.complex
@@ -100,7 +104,8 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
         reductions.check_jumps(wanted)
     if moments := reductions.moments(wanted):
         problem = reductions.extended(problem, moments, members)
-        mode, n = moments, members.n
+        mode = moments
+        n = members.n
 
     def probe():
         _probe(members, lambda i: called_with(fun, members.args(i)), mode, t0, n)
@@ -161,7 +166,8 @@ def _probe(members, function, mode, t0, n):
     A function that raises at some starts only lets these trajectories fail.  ``function(i)`` has
     the arguments of member i.
     """
-    finite, errors = np.flatnonzero(np.broadcast_to(members.finite, members.count)), []
+    finite = np.flatnonzero(np.broadcast_to(members.finite, members.count))
+    errors = []
     tried = np.unique(np.linspace(0, len(finite) - 1, FEW).astype(int)) if len(finite) else []
     for i in finite[np.array(tried, int)]:
         try:
@@ -210,7 +216,8 @@ def _vector_kernel(problem, members, wanted):
         of_method: Any = functools.partial(series_kernel, order, *given)
     else:
         of_method = functools.partial(kernel, p.method.name, *given, **of_mass)
-    events, folds = [event.function for event in p.events or ()], reductions.folds(wanted)
+    events = [event.function for event in p.events or ()]
+    folds = reductions.folds(wanted)
     others = [fold.of_state(members.n, reductions.n_copies(wanted)) for fold in folds]
     reason = ""
     if (events or others) and p.project is None:

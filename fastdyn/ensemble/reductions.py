@@ -44,7 +44,8 @@ class Fold(NamedTuple):
 
     def of_state(self, n, n_copies):
         """The function of (t, [value, state]), for the kernels; the state has n components."""
-        function, end = self.function, n // n_copies + 1
+        function = self.function
+        end = n // n_copies + 1
 
         def fold(t, z, *args):
             return function(z[0], t, z[1:], *args)
@@ -148,7 +149,8 @@ def extended(problem, how, members):
         )
     if problem.project is not None or problem.inside is not None:
         raise ValueError("means cannot be taken along a motion that is projected or kept inside.")
-    n, times = members.n, how.n_copies
+    n = members.n
+    times = how.n_copies
     members.lengthen(times)
     largest = problem.method.like_matlab  # with the largest component as norm
     share = 1.0 if largest else 1.0 / math.sqrt(times)
@@ -158,7 +160,8 @@ def extended(problem, how, members):
     atol = np.full(times * n, math.inf)
     atol[:n] = np.broadcast_to(problem.atol, n) * share
     events = problem.events and [of_own(event, n) for event in problem.events]
-    y0, mass = np.tile(problem.y0, times), problem.mass
+    y0 = np.tile(problem.y0, times)
+    mass = problem.mass
     if mass is not None:
         mass = np.eye(times * n)
         mass[:n, :n] = problem.mass
@@ -170,14 +173,16 @@ def value(item, results, trajectories):
     if isinstance(item, Fold):
         return results.folded[:, folds(trajectories.reductions).index(item)]
     name = item
-    y_end, n = results.y_end, trajectories.y_end.shape[1]
+    y_end = results.y_end
+    n = trajectories.y_end.shape[1]
     if name == "final":
         return trajectories.y_end
     if name == "first_event":
         p = trajectories._problem
         if not p.schedules:
             return results.t_first
-        n, m = len(p.events), len(p.schedules)
+        n = len(p.events)
+        m = len(p.schedules)
         return results.t_first[:, in_order(range(n), p.schedules, range(n, n + m))]
     if name in EXTREMA:
         return results.best[:, EXTREMA[name], :n]

@@ -23,7 +23,8 @@ class Results:
     ROWS = ("y_eval", "y_end", "t_end", "status", "counts", "best", "t_first", "folded")
 
     def __init__(self, n_members, n, n_times, n_events, extrema, keep_found, n_folds=0):
-        self.extrema, self.keep_found = extrema, keep_found
+        self.extrema = extrema
+        self.keep_found = keep_found
         self.queue = np.array([0, n_members])
         self.y_eval = np.full((n_members, n_times, n), math.nan)
         self.y_end = np.full((n_members, n), math.nan)

@@ -131,7 +131,10 @@ def solve_ensemble(
             discrete=discrete,
         )  # fmt: skip
         longer, n_discrete = with_discrete(asked)
-        fun, y0, events, options = longer.fun, longer.y0, longer.events, longer.options
+        fun = longer.fun
+        y0 = longer.y0
+        events = longer.events
+        options = longer.options
     given = (fun, t_span, y0, args, method, t_eval, events, reduce, simd, options)
     how = (threads, progress, client, store, block, options)
 
@@ -160,7 +163,8 @@ def solved(ensemble, kind, threads, progress, client=None, store=None, block=Non
         from .in_blocks import in_blocks
 
         results, solve = in_blocks(ensemble, client, store, block, threads, options)
-    p, vector = ensemble.problem, ensemble.vector
+    p = ensemble.problem
+    vector = ensemble.vector
     width = vector.width if vector else 1
     done = kind(p, ensemble.members, results, width, ensemble.reason, ensemble.wanted)
     bar = _bar(ensemble.members.count, p.method.name) if progress else None

@@ -48,7 +48,9 @@ def n_processors():
 
 def solve_here(ensemble, results, threads, bar):
     """Solve an ensemble on the threads of this process."""
-    members, problem, vector = ensemble.members, ensemble.problem, ensemble.vector
+    members = ensemble.members
+    problem = ensemble.problem
+    vector = ensemble.vector
     width = vector.width if vector else 1
     if threads is not None and threads < 1:
         raise ValueError(f"`threads` must be at least 1; got {threads}.")
@@ -71,7 +73,9 @@ def solve_here(ensemble, results, threads, bar):
 
 def _watched(worker, members, problem, folds):
     """A list that receives the names of functions whose outside values change during the solve."""
-    varying, found, changed = tuple([j + 1 for j in members.varying]), [], []
+    varying = tuple([j + 1 for j in members.varying])
+    found = []
+    changed = []
     for bound, (fun, mode, n) in zip(worker.bounds, functions_of(problem, folds), strict=True):
         if callable(fun) and bound.function is not None:
             known = known_trace(fun, members.first, mode, n, varying)

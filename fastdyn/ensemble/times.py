@@ -55,11 +55,13 @@ def of_members(table, members) -> Any:
         return table[None]
     records: Any = np.repeat(table[None], members.count, axis=0)
     for k, times in members.times.items():
-        mine, backwards = records[:, k], table[k]["way"] < 0
+        mine = records[:, k]
+        backwards = table[k]["way"] < 0
         mine["times"] = address_of(times.all) + 8 * times.begins
         mine["next"] = times.counts - 1 if backwards else 0
         mine["end"] = -1 if backwards else times.counts
-        has, at = times.counts > 0, times.begins + mine["next"]
+        has = times.counts > 0
+        at = times.begins + mine["next"]
         mine["t_next"] = math.copysign(math.inf, table[k]["way"])
         mine["t_next"][has] = times.all[at[has]]
     return records
@@ -69,7 +71,9 @@ def of_member(problem, members, i):
     """The problem with the schedules of trajectory i."""
     schedules = list(problem.schedules)
     for k, times in members.times.items():
-        begin, n, way = times.begins[i], int(times.counts[i]), schedules[k].way
+        begin = times.begins[i]
+        n = int(times.counts[i])
+        way = schedules[k].way
         first, end = (n - 1, -1) if way < 0 else (0, n)
         own = times.all[begin : begin + n]
         schedules[k] = schedules[k]._replace(times=own, first=first, end=end)

@@ -11,7 +11,8 @@ def frame(trajectories):
     e = trajectories
     fields, starts = e.varied()
     columns = {label.name: np.asarray(values) for label, values in (*fields, *starts)}
-    names, times = [label.name for label in e.labels], np.ndim(e.y) == 3
+    names = [label.name for label in e.labels]
+    times = np.ndim(e.y) == 3
     index = pandas.RangeIndex(len(e), name="trajectory")
     if times:
         index = pandas.MultiIndex.from_product([index, e.t], names=["trajectory", "t"])

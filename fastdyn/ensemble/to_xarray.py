@@ -18,7 +18,8 @@ def dataset(trajectories):
             '`to_xarray` needs xarray: python -m pip install "fastdyn[cluster]".'
         ) from error
     e = trajectories
-    of_all, of_each = ("trajectory",), ("trajectory", "component")
+    of_all = ("trajectory",)
+    of_each = ("trajectory", "component")
     second = {"units": "s"} if e.system is not None else {}
     values = {
         "y_end": (of_each, e.y_end),

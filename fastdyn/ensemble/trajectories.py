@@ -57,12 +57,18 @@ class Trajectories:
     system: Any = None
 
     def __init__(self, problem, members, results, width, reason, wanted=()):
-        self._problem, self._members, self._results = problem, members, results
-        self.width, self.reason, self.reductions = width, reason, wanted
-        self.parameters, self.first = members.varying, members.first
+        self._problem = problem
+        self._members = members
+        self._results = results
+        self.width = width
+        self.reason = reason
+        self.reductions = wanted
+        self.parameters = members.varying
+        self.first = members.first
         self.initial_conditions: dict[str, np.ndarray] = {}
         self.method = problem.method.name.removesuffix(ON_PAIRS)
-        self.t_start, self.t_end = problem.t0, results.t_end
+        self.t_start = problem.t0
+        self.t_end = results.t_end
         self.t = self.t_end if problem.t_eval is None else problem.t_eval
         self._n = members.n // reductions.n_copies(wanted)  # components without the moments
 
@@ -224,11 +230,14 @@ class Trajectories:
     @functools.cached_property
     def _occurrences(self):
         """(t, y) of each event, arrays for each trajectory; y has all integrated components."""
-        found, n, p = self._results.occurrences(), self._members.n, self._problem
+        found = self._results.occurrences()
+        n = self._members.n
+        p = self._problem
         where = np.concatenate([w for w, _, _ in found] or [np.empty((0, 2), int)])
         t = np.concatenate([t for _, t, _ in found] or [np.empty(0)])
         y = np.concatenate([y for _, _, y in found] or [np.empty((0, n))])
-        times, states = [], []
+        times = []
+        states = []
         n_functions = len(p.events)
         behind = range(n_functions, n_functions + len(p.schedules))
         for k in in_order(range(n_functions), p.schedules, behind):
@@ -259,9 +268,11 @@ class Trajectories:
         i = self._number(i)
         n = int(self._results.counts[i, 3])
         if self._problem.t_eval is None:
-            t, y = self.t_end[i : i + 1], self.y_end[i][:, None]
+            t = self.t_end[i : i + 1]
+            y = self.y_end[i][:, None]
         else:
-            t, y = self.t[:n], self.y[i, :, :n]
+            t = self.t[:n]
+            y = self.y[i, :, :n]
         uncounted = None if self._problem.method.n_matrices else 0
         n_accepted, n_rejected, n_extra = self._results.counts[i, :3].tolist()
         counts = Counted(n_accepted, n_rejected, n_extra, uncounted, uncounted)

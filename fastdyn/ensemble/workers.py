@@ -55,9 +55,12 @@ class Worker:
     """
 
     def __init__(self, problem, members, vector, results, folds=()):
-        p, n = problem, len(problem.y0)
-        self.found, self._chunk = [], 100
-        width, n_events = vector.width if vector else 1, len(p.events or ())
+        p = problem
+        n = len(problem.y0)
+        self.found = []
+        self._chunk = 100
+        width = vector.width if vector else 1
+        n_events = len(p.events or ())
         segments, rows_of_segments = members.segments or (
             p.segments,
             np.array([0, len(p.segments)]),
@@ -91,7 +94,8 @@ class Worker:
             np.empty(0) if p.t_eval is None else p.t_eval.astype(float), segments,
             np.empty(e_room, np.int64), np.empty(e_room), np.empty((e_room, n)),
         )  # fmt: skip
-        self._room, self._n = max(ROOM, (width + 1) * e_room) if e_room else 0, n
+        self._room = max(ROOM, (width + 1) * e_room) if e_room else 0
+        self._n = n
         self._piece = self._new_piece()
         done = arguments.Results(*(getattr(results, name) for name in arguments.Results._fields))
         given = task, lanes, single, room, done, self._piece
@@ -101,7 +105,8 @@ class Worker:
 
     def _bind(self, p, members, folds):
         """Bind all functions to blocks of this worker; returns the places of varying parameters."""
-        places, self.bounds = [], []
+        places = []
+        self.bounds = []
         for fun, mode, length in functions_of(p, folds):
             bound, offsets = members.bind(fun, mode, length, members.near(p, length))
             self.bounds.append(bound)
@@ -114,7 +119,9 @@ class Worker:
         return places
 
     def _addresses(self, p, vector, segments):
-        name, n, advance = p.method.name, len(p.y0), vector
+        name = p.method.name
+        n = len(p.y0)
+        advance = vector
         if vector is None and p.method.series:
             advance = series_kernel(p, self.bounds[0], order_of_many(p.rtol, p.atol))
         elif vector is None:
@@ -147,14 +154,17 @@ class Worker:
             last -= 1
         if p.inside is not None:
             record["inside"] = self.bounds[last].block.ctypes.data
-        record["watches"], record["accumulates"] = at_events, at_folds
+        record["watches"] = at_events
+        record["accumulates"] = at_folds
         alone = (p.events and not at_events) or (folds and not at_folds)
         record["each"] = p.project is not None or keeps(p) != 0 or bool(alone)
         return record
 
     def _new_lanes(self, p, members, vector, work, rows):
-        n, width = len(p.y0), vector.width if vector else 1
-        block, places = np.zeros(FIRST + (vector.n_words if vector else 0), np.int64), []
+        n = len(p.y0)
+        width = vector.width if vector else 1
+        block = np.zeros(FIRST + (vector.n_words if vector else 0), np.int64)
+        places = []
         block[MASS] = self.bounds[0].block[MASS]
         if vector:
             places = members.places(vector, block)
@@ -177,7 +187,9 @@ class Worker:
 
     def _new_piece(self):
         room = self._room
-        where, t, y = np.empty((room, 2), np.int64), np.empty(room), np.empty((room, self._n))
+        where = np.empty((room, 2), np.int64)
+        t = np.empty(room)
+        y = np.empty((room, self._n))
         return arguments.Found(where, t, y)
 
     def _keep_piece(self):
@@ -226,7 +238,8 @@ class Worker:
 
 def functions_of(problem, folds=()):
     """The functions of a solve: (function, mode, length of the function's y)."""
-    p, n = problem, len(problem.y0)
+    p = problem
+    n = len(problem.y0)
     functions = [(p.fun, p.mode, n // 2 if p.method.second_order else n)]
     functions += [(*each, n) for each in between_steps(p)]
     functions += [(fold.of_state(n, p.mode.n_copies), EVENT, n + 1) for fold in folds]

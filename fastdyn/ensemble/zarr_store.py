@@ -187,7 +187,8 @@ def _read(array, rows):
     try:
         return array[:], []
     except DAMAGED:
-        whole, damaged = np.full(array.shape, array.fill_value, array.dtype), []
+        whole = np.full(array.shape, array.fill_value, array.dtype)
+        damaged = []
     for i in range(-(-len(whole) // rows)):
         part = slice(rows * i, rows * (i + 1))
         try:

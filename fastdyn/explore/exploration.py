@@ -94,7 +94,8 @@ class Exploration:
     """
 
     def __init__(self, source):
-        self.source, self.make = source, source.make
+        self.source = source
+        self.make = source.make
         fields = dataclasses.fields(source.make)
         self.values = {one.name: source.values.get(one.name, one.default) for one in fields}
         numbers = [one for one in fields if "unit" in one.metadata]
@@ -107,7 +108,8 @@ class Exploration:
         self.shown: list[Shown] = []
         self._warm: set = set()  # shared by the copies
         n = len(source.make.states)
-        self.across, self.upwards = 0, n // 2 if n > 1 else 0
+        self.across = 0
+        self.upwards = n // 2 if n > 1 else 0
 
     def copied(self):
         """The exploration as it is now, which further changes leave alone."""
@@ -190,7 +192,10 @@ class Exploration:
         sol: Any = between(run)
         t = times(sol, run.t)
         every = max(1, len(run.t) // (2 * POINTS))
-        kept_t, kept_y, change, name = run.t[::every], run.y[:, ::every], np.array([]), ""
+        kept_t = run.t[::every]
+        kept_y = run.y[:, ::every]
+        change = np.array([])
+        name = ""
         if self.kept:
             name = f"change of {self.kept[1].label}"
             change = system.along(self.kept[1], kept_t, kept_y)
@@ -204,10 +209,12 @@ class Exploration:
         a view."""
         first = self.shown[0]
         system = first.run.system
-        low, high = first.y.argmin(axis=1), first.y.argmax(axis=1)
+        low = first.y.argmin(axis=1)
+        high = first.y.argmax(axis=1)
         even = np.linspace(0, len(first.t) - 1, COARSE).astype(int)
         some = np.unique(np.concatenate([low, high, even]))
-        t, y = first.t[some], first.y[:, some]
+        t = first.t[some]
+        y = first.y[:, some]
         try:
             scene = system.stage(t, y)
             limits = frame([scene(time, state) for time, state in zip(t, y.T, strict=True)])

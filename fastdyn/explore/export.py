@@ -14,7 +14,8 @@ HEAD = '"""{title}, as it was explored."""\n\n'
 
 def script(exploration):
     """The few lines of Python that make the figure, as a text."""
-    source, name = exploration.source, exploration.source.name
+    source = exploration.source
+    name = exploration.source.name
     defaults = type(exploration.system)()
     given = []
     for key, value in exploration.values.items():

@@ -31,7 +31,8 @@ class Figures:
     """
 
     def __init__(self, exploration, dragged):
-        self.drawn, self._dragged = exploration, dragged
+        self.drawn = exploration
+        self._dragged = dragged
         self.curves = [_source("t a b", f"curve {n}") for n in range(2)]
         self.changes = [_source("t e", f"change {n}") for n in range(2)]
         self.start, self.corners = _source("x y"), _source("x y")
@@ -59,7 +60,8 @@ class Figures:
             "x", "y", "name", source=self.names, text_color="gray", text_font_size="13px",
             text_baseline="middle", text_align="center",
         )  # fmt: skip
-        parts, beside = self.parts, self.beside
+        parts = self.parts
+        beside = self.beside
         found.line("x", "y", source=parts["trail"], color=COLOURS[5])
         second: Any = {"line_color": COLOURS[1], "line_dash": "dashed"}
         found.line("x", "y", source=beside["trail"], line_alpha=0.5, **second)
@@ -84,17 +86,22 @@ class Figures:
         return found
 
     def _moved(self, name, old, new):
-        x, y = list(new["x"]), list(new["y"])
+        x = list(new["x"])
+        y = list(new["y"])
         if len(x) == 1 and (x[0], y[0]) != self._placed:
             self._dragged(x[0], y[0])
 
     def _named(self):
         """Write the names of the components that are shown on the axes."""
-        one, states = self.drawn, self.drawn.make.states
-        across, upwards = named(states[one.across]), named(states[one.upwards])
-        self.phase.xaxis.axis_label, self.phase.yaxis.axis_label = across, upwards
+        one = self.drawn
+        states = self.drawn.make.states
+        across = named(states[one.across])
+        upwards = named(states[one.upwards])
+        self.phase.xaxis.axis_label = across
+        self.phase.yaxis.axis_label = upwards
         self.against.yaxis.axis_label = across
-        self.phase.title, self.against.title = "phase plane: drag the start", "against time"
+        self.phase.title = "phase plane: drag the start"
+        self.against.title = "against time"
         self.phase.match_aspect = states[one.across].unit == states[one.upwards].unit
 
     def update(self, solved):
@@ -137,7 +144,8 @@ class Figures:
         self.motion.axis.visible = self.motion.grid.visible = not space
         if space:
             lines, texts = arrows(limits, scene)
-            self.arrows.data, self.names.data = lines, texts
+            self.arrows.data = lines
+            self.names.data = texts
         else:
             self.motion.xaxis.axis_label, self.motion.yaxis.axis_label = scene.axes[:2]
 

@@ -36,7 +36,9 @@ class NumberSlider(pn.viewable.Viewer):
 
     def __init__(self, title, value, start, end, step, say, positive=False, name=""):
         super().__init__(value=value)
-        self._title, self._say, self._positive = title, say, positive
+        self._title = title
+        self._say = say
+        self._positive = positive
         self.text = pn.widgets.TextInput(
             value=_shown(value),
             placeholder=title,

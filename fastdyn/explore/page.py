@@ -56,7 +56,10 @@ class Page:
         )
         self.dragged.on_click(self._reset)
         self.pause = pn.widgets.Toggle(label="Pause", width=80)
-        self.updates, self._late, self._ticking, self._shown_at = 0, False, False, 0.0
+        self.updates = 0
+        self._late = False
+        self._ticking = False
+        self._shown_at = 0.0
         self._last = time.monotonic()
         self._solve: Any = None  # a solve that was begun: exploration, new methods, future
         self.sliders = {one.name: self._slider(one) for one in self.exploration.sliders}
@@ -131,7 +134,8 @@ class Page:
                 rtol.visible = step.visible = False
                 continue
             way = Way(method.value, rtol.value, step.value)
-            rtol.visible, step.visible = way.adaptive, not way.adaptive
+            rtol.visible = way.adaptive
+            step.visible = not way.adaptive
             ways.append(way)
         self.exploration.ways = ways
         self._changed()

@@ -7,7 +7,8 @@ import numpy as np
 
 from .sliders import round_step
 
-AZIMUTH, ELEVATION = math.radians(-60.0), math.radians(20.0)
+AZIMUTH = math.radians(-60.0)
+ELEVATION = math.radians(20.0)
 RIGHT = np.array([-math.sin(AZIMUTH), math.cos(AZIMUTH), 0.0])
 UP = np.array([
     -math.sin(ELEVATION) * math.cos(AZIMUTH), -math.sin(ELEVATION) * math.sin(AZIMUTH),
@@ -59,7 +60,8 @@ def under(limits, ground) -> Any:
         return {"xs": [], "ys": []}
     (x0, x1), (y0, y1) = (sorted(pair) for pair in list(limits.values())[:2])
     if len(limits) == 2:
-        wide, deep = AROUND * (x1 - x0), AROUND * (y1 - y0)
+        wide = AROUND * (x1 - x0)
+        deep = AROUND * (y1 - y0)
         corners: Any = (
             [x0 - wide, x1 + wide, x1 + wide, x0 - wide],
             [ground] * 2 + [y0 - deep] * 2,
@@ -85,7 +87,8 @@ def arrows(limits, scene) -> Any:
     """
     sides = np.array([sorted(pair) for pair in limits.values()])
     lengths = np.ptp(sides, axis=1)
-    corner, length = sides[:, :1], round_step(max(ARROW * lengths.min(), LEAST * lengths.max()))
+    corner = sides[:, :1]
+    length = round_step(max(ARROW * lengths.min(), LEAST * lengths.max()))
     (x0, y0), (x, y) = (flat(part, scene.down) for part in (corner, corner + length * np.eye(3)))
     lines = {"xs": [[x0[0], end] for end in x], "ys": [[y0[0], end] for end in y]}
     named = [axis.rstrip(")").partition(" (") for axis in scene.axes]

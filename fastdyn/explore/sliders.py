@@ -45,7 +45,8 @@ def slider(field, value):
     about = field.metadata
     low, high = _ends(about, float(field.default), value)
     step = round_step((high - low) / STEPS)
-    low, high = step * math.floor(low / step + 1e-9), step * math.ceil(high / step - 1e-9)
+    low = step * math.floor(low / step + 1e-9)
+    high = step * math.ceil(high / step - 1e-9)
     if about["positive"]:
         low = max(low, step)
     initial = "initial" in about

@@ -82,7 +82,8 @@ def fit(
     >>> print(found.values["rate"], found.errors)
     """
     records = records_of(records)
-    max_nfev, level = _count(max_nfev), _level(level)
+    max_nfev = _count(max_nfev)
+    level = _level(level)
     options = options_of(options)
     loss = loss_of(loss, f_scale)
     model = model_of(fun, records, options, bool(differences), loss)

@@ -71,7 +71,8 @@ class Free:
             raise ValueError(
                 f"`prior` of a Free is (mean, standard deviation); got {prior!r}."
             ) from None
-        mean, deviation = self._like_start(mean, "prior"), self._like_start(deviation, "prior")
+        mean = self._like_start(mean, "prior")
+        deviation = self._like_start(deviation, "prior")
         if not (np.isfinite(mean).all() and np.isfinite(deviation).all() and (deviation > 0).all()):
             raise ValueError(
                 "`prior` of a Free needs a finite mean, and a finite standard deviation above 0; "
@@ -119,7 +120,8 @@ class Template:
     """
 
     def __init__(self, fixed, index):
-        self.fixed, self.index = fixed, index
+        self.fixed = fixed
+        self.index = index
         self.free = index != FIXED
         first = int(index.flat[0]) if index.size else FIXED
         ahead = np.arange(first, first + index.size).reshape(index.shape)
@@ -139,7 +141,8 @@ class Template:
         if self.whole is not None:
             slopes[:, self.whole] += by_value.reshape(len(by_value), -1, by_value.shape[-1])
             return
-        flat, index = by_value.reshape(len(by_value), -1, by_value.shape[-1]), self.index.ravel()
+        flat = by_value.reshape(len(by_value), -1, by_value.shape[-1])
+        index = self.index.ravel()
         for j in np.flatnonzero(index != FIXED):  # a parameter may stand in two places
             slopes[:, index[j]] += flat[:, j]
 
@@ -187,7 +190,9 @@ class Parameters:
 
     def __init__(self):
         self.frees: list[Free] = []
-        self._first, self._labels, self._latest = {}, [], {}
+        self._first = {}
+        self._labels = []
+        self._latest = {}
         self._size = 0
 
     def places(self, y0, apart, t0, labels, mark, first):
@@ -208,7 +213,8 @@ class Parameters:
             first = self._index(held, label, mark)
             index = first + np.arange(held.start.size).reshape(held.start.shape)
             return Template(np.zeros(held.start.shape), index)
-        fixed, index = np.zeros(held.shape), np.full(held.shape, FIXED)
+        fixed = np.zeros(held.shape)
+        index = np.full(held.shape, FIXED)
         for at in np.ndindex(held.shape):
             place = f"{label}[{', '.join(map(str, at))}]"
             if not isinstance(held[at], Free):

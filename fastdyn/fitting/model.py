@@ -54,7 +54,9 @@ class Model:
 
     def __init__(self, fun, records, options, differences, loss=None, system=None):
         self.fun, self.records, self.parameters = fun, records, Parameters()
-        self.differences, self.loss, self.system = differences, loss, system
+        self.differences = differences
+        self.loss = loss
+        self.system = system
         many = len(records) > 1
         placed = []
         for k, record in enumerate(records):
@@ -79,7 +81,9 @@ class Model:
         self.best: Any = None
         self.before: Any = None
         self._last: Any = None
-        self.n_trials, self.n_failed, self.failure = 0, 0, ""
+        self.n_trials = 0
+        self.n_failed = 0
+        self.failure = ""
         self.watch: Any = None  # called after each trial
 
     @property
@@ -159,7 +163,8 @@ class Model:
 
     def log_likelihood(self, r):
         """The logarithm of the likelihood with residuals r, largest over unknown noise."""
-        total, begin = 0.0, 0
+        total = 0.0
+        begin = 0
         for record in self.records:
             for noise, data in zip(record.noise, record.data, strict=True):
                 if not isinstance(noise, Unknown):
@@ -190,7 +195,8 @@ class Model:
 
     def residuals_anew(self, x):
         """The Residuals at x, computed in any case."""
-        p, parts = self.parameters, []
+        p = self.parameters
+        parts = []
         at = p.values(x)
         slopes = p.slopes(at)
         for k in range(len(self.records)):
@@ -214,7 +220,8 @@ class Model:
         self.n_failed, self.failure = self.n_failed + 1, str(reason)
 
     def _of_record(self, k, x):
-        record, motion = self.records[k], self.motions[k]
+        record = self.records[k]
+        motion = self.motions[k]
         y, slopes = motion.slopes(x, record.times)
         try:
             model, by_x = self.observations[k].slopes(record.times, y, slopes, motion.places, x)
@@ -232,7 +239,9 @@ class Model:
 
     def trial(self, k, x, y=None):
         """The sum of squares of record k at x, with its states y, if they are known, or inf."""
-        record, motion, at = self.records[k], self.motions[k], self.parameters.values(x)
+        record = self.records[k]
+        motion = self.motions[k]
+        at = self.parameters.values(x)
         try:
             states = motion.states(at, record.times) if y is None else y
             model = self.observations[k].values(record.times, states, motion.places.at(at)[1])
@@ -243,7 +252,8 @@ class Model:
 
     def of_priors(self, x):
         """The sum of squares of the priors."""
-        p, at = self.parameters, self.parameters.values(x)
+        p = self.parameters
+        at = self.parameters.values(x)
         return float((((at - p.mean) / p.deviation)[self.priors] ** 2).sum())
 
 
@@ -301,7 +311,8 @@ def model_of(fun, records, options, differences, loss=None):
         raise TypeError(f"`fun` must be a function of (t, y, *args), or a system; got {fun!r}.")
     given: Any = records_of(records)
     if system is not None:
-        given, fun = [record.of(system) for record in given], system.rhs
+        given = [record.of(system) for record in given]
+        fun = system.rhs
         if system.breakpoints is not None:
             options = {"breakpoints": system.breakpoints, **options}
     for record in given:
@@ -313,7 +324,8 @@ def model_of(fun, records, options, differences, loss=None):
     model = Model(fun, given, options, differences, loss, system)
     if loss is not None and (len(model.priors) or any(_counts(record) for record in given)):
         raise ValueError("`loss` is for normal noise without priors.")
-    n, needed = model.n_values + len(model.priors), len(model.parameters.names)
+    n = model.n_values + len(model.priors)
+    needed = len(model.parameters.names)
     if model.groups and n <= needed:
         raise ValueError(
             f"{n} values cannot determine {needed} parameters and the noise: give `noise`, priors, "

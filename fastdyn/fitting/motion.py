@@ -12,7 +12,8 @@ from fastdyn.problem.validate import method_named
 from fastdyn.solve.ivp import solve_ivp
 
 DEFAULTS = defaults_of("fit")
-OF_RECORDS, OF_FITS = "the records have it", "the fit sets it"
+OF_RECORDS = "the records have it"
+OF_FITS = "the fit sets it"
 OWN = {  # options that are none of a fit, and why
     "args": OF_RECORDS, "t_eval": OF_RECORDS, "dense_output": OF_FITS, "sensitivity": OF_FITS,
     "adjoint": OF_FITS, "on_interrupt": OF_FITS,
@@ -74,8 +75,11 @@ class Motion:
     """
 
     def __init__(self, fun, places, parameters, options, differences):
-        self.fun, self.places, self.parameters = fun, places, parameters
-        self.options, self.differences = options, differences
+        self.fun = fun
+        self.places = places
+        self.parameters = parameters
+        self.options = options
+        self.differences = differences
         self._asked = places.asked()
         self._begins = "t0" in self._asked
         names = dict.fromkeys([*self._asked, *["y0"] * self._begins])
@@ -136,11 +140,13 @@ class Motion:
         return result
 
     def _by_differences(self, x, times):
-        y, p = self.states(x, times), self.parameters
+        y = self.states(x, times)
+        p = self.parameters
         slopes = np.zeros((len(y), len(x), len(times)))
         for i in self.used():
             h = self._step * (max(abs(x[i]), abs(p.start[i])) or 1.0)
-            ends, states = [], []
+            ends = []
+            states = []
             for moved in (min(x[i] + h, p.high[i]), max(x[i] - h, p.low[i])):
                 ends.append(moved)
                 states.append(self.states(np.r_[x[:i], moved, x[i + 1 :]], times))

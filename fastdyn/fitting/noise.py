@@ -9,7 +9,8 @@ from scipy.special import gammaln, xlogy
 
 from .motion import Failed
 
-POISSON, OWN = "poisson", "own"
+POISSON = "poisson"
+OWN = "own"
 LOG_2PI = float(np.log(2.0 * np.pi))
 LEAST_MEAN = 1e-12  # of a count: below, the logarithm is taken here
 NEGATIVE = 1e-6  # of the largest mean: solves are in error by less, a mean below is a wrong model
@@ -38,7 +39,8 @@ class Unknown:
     """
 
     def __init__(self, group):
-        self.group, self.deviation = group, 1.0
+        self.group = group
+        self.deviation = 1.0
 
     def residuals(self, model, data):
         """As of `Normal`; the slopes are one number."""

@@ -70,7 +70,9 @@ class Function:
     """``fun(t, y, *args)``; its derivatives are exact if the function can be traced."""
 
     def __init__(self, fun, n_series, n):
-        self.fun, self.n_series, self.n = fun, n_series, n
+        self.fun = fun
+        self.n_series = n_series
+        self.n = n
         self.size = max(n, n_series)
         self._compared = False
 
@@ -115,7 +117,8 @@ class Function:
         z[: self.n] = y
         wanted = [*outputs, *entries.values()]
         found = evaluate(graph, wanted, t, z, values)[0]
-        model, by = found[: self.n_series], found[self.n_series :]
+        model = found[: self.n_series]
+        by = found[self.n_series :]
         total = np.zeros((self.n_series, *slopes.shape[1:]))
         for (row, column), values_of in zip(entries, by, strict=True):
             if column < self.n:
@@ -149,8 +152,10 @@ class Function:
         if found is None:
             return None
         function, given, at = found
-        graph, outputs = function.traced.trace.graph, function.traced.stored[: self.n_series]
-        slots, parameters = [], []
+        graph = function.traced.trace.graph
+        outputs = function.traced.stored[: self.n_series]
+        slots = []
+        parameters = []
         for j, template in held.items():
             first = function.traced.trace.reads.groups[at[j - 1]].first
             for k in np.flatnonzero(template.index.ravel() != FIXED):
@@ -175,7 +180,8 @@ class Function:
         total = np.zeros((self.n_series, *slopes.shape[1:]))
         for i in range(self.n):
             h = STEP * np.maximum(np.abs(y[i]), np.abs(y[i]).max() or 1.0)
-            up, down = y.copy(), y.copy()
+            up = y.copy()
+            down = y.copy()
             up[i], down[i] = y[i] + h, y[i] - h
             by = self.values(t, up, args) - self.values(t, down, args)
             total += (by / (up[i] - down[i]))[:, None, :] * slopes[i]

@@ -31,7 +31,9 @@ def departure(model, x, steps, q):
         Steps that raise the linearised sum of squares by 1.  Trials are q of them away, both ways,
         or as far as the bounds allow.
     """
-    p, worst, least = model.parameters, 1.0, model.chi2(x)
+    p = model.parameters
+    worst = 1.0
+    least = model.chi2(x)
     for step in (*(q * steps), *(-q * steps)):
         with np.errstate(divide="ignore", invalid="ignore"):
             room = np.where(step > 0, p.highest - x, p.lowest - x) / step
@@ -59,7 +61,8 @@ def interval(model, x, i, error, chi2, rise):
 
 
 def _end(model, x, i, sign, error, chi2, rise):
-    p, rest = model.parameters, np.arange(len(x)) != i
+    p = model.parameters
+    rest = np.arange(len(x)) != i
     near = x[rest].copy()
 
     @functools.cache  # brentq asks for the ends again, where the search from elsewhere may differ
@@ -72,7 +75,8 @@ def _end(model, x, i, sign, error, chi2, rise):
         return min(found - chi2, FARTHEST * rise) - rise
 
     bound = p.highest[i] if sign > 0 else p.lowest[i]
-    inside, reach = x[i], np.sqrt(rise) * (error if np.isfinite(error) else abs(x[i]) or 1.0)
+    inside = x[i]
+    reach = np.sqrt(rise) * (error if np.isfinite(error) else abs(x[i]) or 1.0)
     for _ in range(WIDEST):
         trial = x[i] + sign * reach
         if sign * (trial - bound) >= 0:
@@ -84,13 +88,15 @@ def _end(model, x, i, sign, error, chi2, rise):
             return float(root)
         if trial == bound:
             return float(bound)
-        inside, reach = trial, OUTWARDS * reach
+        inside = trial
+        reach = OUTWARDS * reach
     return float(sign * np.inf)
 
 
 def _least(model, x, i, value, near, rest):
     """(least sum of squares with parameter i at a value, the other parameters there)."""
-    p, trial = model.parameters, x.copy()
+    p = model.parameters
+    trial = x.copy()
     trial[i] = value
     if not rest.any():
         return model.chi2(trial), near

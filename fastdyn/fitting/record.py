@@ -135,7 +135,8 @@ class Record:
 
         `model` has what is observed at the increasing `times`, shape (n_series, n_times).
         """
-        here, found = model[self.places], np.empty((3, len(self.places[0])))
+        here = model[self.places]
+        found = np.empty((3, len(self.places[0])))
         for noise, data, series in zip(self.noise, self.data, self.series, strict=True):
             own = noise.residuals(here[series], data)
             found[0, series], found[1, series], found[2, series] = own

@@ -59,10 +59,13 @@ class Fit:
     """
 
     def __init__(self, model, found, level):
-        self._model, self.level = model, level
-        self.success, self.message = found.success, found.message
+        self._model = model
+        self.level = level
+        self.success = found.success
+        self.message = found.message
         r = self._residuals = found.residuals
-        self.names, self.chi2 = list(model.parameters.names), r.chi2
+        self.names = list(model.parameters.names)
+        self.chi2 = r.chi2
         self._at, self.x = r.x, model.parameters.values(r.x)
         self.dof = len(r.r) - len(self.x)
         self.n_trials = model.n_trials
@@ -174,7 +177,8 @@ class Fit:
         From solves with tolerances a hundred times tighter; None for constant steps.
         """
         self._unchanged()
-        found, residuals = 0.0, self.residuals
+        found = 0.0
+        residuals = self.residuals
         for k, record in enumerate(self._model.records):
             exact = self._model.motions[k].tighter(TIGHTER, LEAST_RTOL)
             if exact is None:
@@ -208,7 +212,8 @@ class Fit:
         """
         if self.curved:
             return np.array([self.profile(name) for name in self.names])
-        p, half = self._model.parameters, self.quantile * self._errors
+        p = self._model.parameters
+        half = self.quantile * self._errors
         ends = [p.values(self._at + sign * half) for sign in (-1.0, 1.0)]
         return np.clip(np.stack(ends, axis=1), p.low[:, None], p.high[:, None])
 
@@ -232,7 +237,8 @@ class Fit:
         ValueError
             For an unknown name, and for a fit with `loss`.
         """
-        i, p = self._index(name), self._model.parameters
+        i = self._index(name)
+        p = self._model.parameters
         if self._model.loss is not None:
             raise ValueError("A fit with `loss` has no likelihood, and no profile.")
         self._unchanged()
@@ -290,7 +296,8 @@ class Fit:
         ValueError
             For times that do not increase, and if the solve fails.
         """
-        motion, t0 = self._motion(record), self.t0(record)
+        motion = self._motion(record)
+        t0 = self.t0(record)
         t = np.atleast_1d(np.asarray(times, float))
         if t.ndim != 1 or not t.size or not np.isfinite(t).all() or (np.diff(t) <= 0).any():
             raise ValueError("`times` must be finite and increase.")
@@ -313,7 +320,8 @@ class Fit:
     @property
     def residuals(self):
         """The residuals of each record, in standard deviations, of the shape of its `values`."""
-        found, begin = [], 0
+        found = []
+        begin = 0
         for record in self._model.records:
             own = np.full(record.values.shape, np.nan)
             end = begin + int(record.there.sum())
@@ -339,7 +347,8 @@ class Fit:
         """
         from fastdyn.plot.fit import Drawn, fitted
 
-        records, residuals = self._model.records, self.residuals
+        records = self._model.records
+        residuals = self.residuals
         if record is not None:
             self._motion(record)
         drawn = []

@@ -16,7 +16,8 @@ def _soft_l1(z):
 
 
 def _huber(z):
-    inner, root = z <= 1.0, np.sqrt(np.maximum(z, 1.0))
+    inner = z <= 1.0
+    root = np.sqrt(np.maximum(z, 1.0))
     return (
         np.where(inner, z, 2.0 * root - 1.0), 1.0 / root, np.where(inner, 0.0, -0.5 / root**3),
     )  # fmt: skip
@@ -67,8 +68,10 @@ class Loss:
         """The factor of the inverse of J'J in the covariance, Huber's (6.5) in section 7.6."""
         z = (r / self.scale) ** 2
         _, first, second = self(z)
-        psi, slope = r * first, first + 2.0 * z * second
-        mean, free = slope.mean(), len(r) - n_parameters
+        psi = r * first
+        slope = first + 2.0 * z * second
+        mean = slope.mean()
+        free = len(r) - n_parameters
         if not (mean > 0 and free > 0):
             return np.inf
         correction = 1.0 + n_parameters / len(r) * slope.var() / mean**2

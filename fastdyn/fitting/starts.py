@@ -38,13 +38,16 @@ def starts_of(starts, parameters):
 
 def spread(m, parameters):
     """m values of all parameters in their bounds, in a Latin hypercube; the same ones each time."""
-    p, rng = parameters, np.random.default_rng(0)
+    p = parameters
+    rng = np.random.default_rng(0)
     n = len(p.names)
     ranks = np.array([rng.permutation(m) for _ in range(n)]).reshape(n, m).T
     u = (ranks + rng.random((m, n))) / max(m, 1)
     found = np.empty((m, n))
     for i in range(n):
-        low, high, start = p.low[i], p.high[i], p.start[i]
+        low = p.low[i]
+        high = p.high[i]
+        start = p.start[i]
         if np.isfinite(low) and np.isfinite(high):
             logarithmic = low > 0 and (p.log[i] or high > WIDE * low)
             found[:, i] = (
@@ -75,7 +78,8 @@ def screened(model, trials):
 
 
 def _of_record(model, k, trials, options):
-    record, motion = model.records[k], model.motions[k]
+    record = model.records[k]
+    motion = model.motions[k]
     given = [motion.places.at(model.parameters.values(x)) for x in trials]
     states = [None] * len(trials)
     if _in_lanes(motion.places) and options.keys() <= IN_ENSEMBLES:

@@ -11,7 +11,8 @@ UNLIKELY = 1e-4  # p-value below which the values do not look like the model wit
 
 def table(fit):
     """A Fit as a table of its parameters, with what the reader must know."""
-    n_values, n_records = fit._model.n_values, len(fit._model.records)
+    n_values = fit._model.n_values
+    n_records = len(fit._model.records)
     p = "" if fit.p_value is None else f", p = {fit.p_value:.2g}"
     p += "" if fit.aic is None else f", AIC = {fit.aic:.6g}"
     head = (

@@ -11,7 +11,8 @@ from fastdyn.solve.repeated import Repeated
 
 from .order import time_first
 
-FLOAT, ARRAY = np.dtype(float), np.ndarray
+FLOAT = np.dtype(float)
+ARRAY = np.ndarray
 _recent = memory.Table()  # by `key_of`
 
 
@@ -84,7 +85,9 @@ class Again(Repeated):
     def make(problem, plan, own=None):
         """``rows(memory, grown, code, message)``: an array whose first row is left free, and the
         states of the solver if they are asked for."""
-        shape, view, told = (len(problem.t_eval) + 1, plan.n), plan.view, problem.told
+        shape = (len(problem.t_eval) + 1, plan.n)
+        view = plan.view
+        told = problem.told
 
         def rows(memory, grown, code, message):
             found = np.empty(shape)

@@ -34,10 +34,12 @@ class Replaced:
     A function that writes to its state runs by SciPy's integrator.
     """
 
-    success, istate = 1, None
+    success = 1
+    istate = None
 
     def __init__(self, scipys):
-        self._scipys, self._left_to_scipy = scipys, False
+        self._scipys = scipys
+        self._left_to_scipy = False
         self.name = type(scipys).__name__
 
     def __getattr__(self, name):
@@ -46,7 +48,8 @@ class Replaced:
     def reset(self, n, has_jac):
         """Begin anew at the next call."""
         self._scipys.reset(n, has_jac)
-        self.success, self._left_to_scipy = 1, False
+        self.success = 1
+        self._left_to_scipy = False
 
     def run(self, *given):
         """``(y, t)`` at t1."""
@@ -74,7 +77,8 @@ class Replaced:
                 return y, t
         scipys = self._scipys
         y, t = getattr(scipys, how)(*given)
-        self.istate, self.success = scipys.istate, scipys.success
+        self.istate = scipys.istate
+        self.success = scipys.success
         return y, t
 
     def _solved(self, how, f, jac, y0, t0, t1, f_params, jac_params):
@@ -91,7 +95,8 @@ class OneStep(Replaced):
         self._codes = ZVODE if self.name == "zvode" else DOPRI
 
     def _solved(self, how, f, jac, y0, t0, t1, f_params, jac_params):
-        s, span = self._scipys, abs(t1 - t0)
+        s = self._scipys
+        span = abs(t1 - t0)
         success, _, many_steps, too_small = self._codes
         if not span:
             return y0, t0, success, ""
@@ -106,7 +111,8 @@ class OneStep(Replaced):
         found: Any = solve_ivp(
             f, (t0, t1), y0, self._method, args=tuple(f_params), max_steps=most, **options
         )
-        istate, because = success, ""
+        istate = success
+        because = ""
         if not found.success and not (most == 1 == found.n_accepted):
             istate = many_steps if found.n_accepted >= s.nsteps else too_small
             because = found.message
@@ -153,7 +159,8 @@ class OnWhole(Replaced):
         return found
 
     def _begun(self, f, jac, y0, t0, t1, f_params, jac_params):
-        s, band = self._scipys, None
+        s = self._scipys
+        band = None
         if s.ml is not None or s.mu is not None:
             band = s.ml or 0, s.mu or 0
         if not self._has_jac:

@@ -10,7 +10,11 @@ from fastdyn.kernels.state.record import (
     STEP_TOO_SMALL,
 )
 
-DONE, NOTHING, MANY_STEPS, TOO_ACCURATE, ILLEGAL = 2, 1, -1, -2, -3
+DONE = 2
+NOTHING = 1
+MANY_STEPS = -1
+TOO_ACCURATE = -2
+ILLEGAL = -3
 SAID = {
     DONE: "Integration successful.",
     NOTHING: "Nothing was done; the integration time was 0.",

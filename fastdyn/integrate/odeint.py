@@ -168,11 +168,15 @@ class Call:
     """One call of `odeint`, with its rows, and how it ended."""
 
     problem: Any = None
-    istate, because = messages.NOTHING, ""
+    istate = messages.NOTHING
+    because = ""
 
     def __init__(self, y0, t, tolerances, orders, band):
-        self._y0, self._t, self._tolerances = y0, t, tolerances
-        self._orders, self._band = orders, band
+        self._y0 = y0
+        self._t = t
+        self._tolerances = tolerances
+        self._orders = orders
+        self._band = band
         self.rows = np.full((len(t), len(y0)), np.nan)
         later = np.flatnonzero(t != t[0]) if len(t) else t
         self._begin = int(later[0]) if len(later) else len(t)
@@ -181,7 +185,8 @@ class Call:
 
     def solve(self, functions, args, limits, full, tcrit, prints):
         """Solve, and keep the rows."""
-        begin, y0 = self._begin, self._y0
+        begin = self._begin
+        y0 = self._y0
         if begin == len(self._t):
             return
         if not (len(y0) and np.isfinite(y0).all() and _is_possible(y0, self._tolerances)):
@@ -204,7 +209,8 @@ class Call:
                 raise
 
     def _run(self, problem, full, tcrit, prints):
-        p, begin = problem, self._begin
+        p = problem
+        begin = self._begin
         watcher = None
         if tcrit is not None or prints or np.min(p.rtol) < 100.0 * EPS:
             watcher = Watcher(p.t_eval, tcrit, prints)

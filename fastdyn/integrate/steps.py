@@ -26,13 +26,17 @@ def solved(problem, watcher):
         return run, run.solve(problem.y0)
 
     run, status = or_in_python(solve)
-    state, work = run.view("solve.state"), run.view("solve.work")
+    state = run.view("solve.state")
+    work = run.view("solve.work")
     istate = istate_of(status, float(state["error"][0]))
-    rows, because = points_in(run.plan, run.memory)[1], ""
+    rows = points_in(run.plan, run.memory)[1]
+    because = ""
     if watcher is not None and watcher.istate:
-        istate, because = watcher.istate, watcher.because
+        istate = watcher.istate
+        because = watcher.because
     elif status == STEP_LIMIT:
-        p, t = problem, float(state["t"][0])
+        p = problem
+        t = float(state["t"][0])
         because = (
             f"More than {p.most_between} steps lead from t = {[p.t0, *p.t_eval][len(rows)]:.10g} "
             f"to the next time of output; the last ends at t = {t:.10g}: raise `mxstep`, loosen "
@@ -69,9 +73,13 @@ class Watcher:
     """
 
     def __init__(self, t, tcrit, prints):
-        self._times, self._prints = t, prints
+        self._times = t
+        self._prints = prints
         self._tcrit = () if tcrit is None else np.atleast_1d(np.asarray(tcrit, dtype=float))
-        self.istate, self.because, self.tolsf, self._run = 0, "", 0.0, None
+        self.istate = 0
+        self.because = ""
+        self.tolsf = 0.0
+        self._run = None
         self._done = self._critical = 0
 
     def limit(self):
@@ -80,7 +88,8 @@ class Watcher:
         As in SciPy, a critical time counts only up to a time of output before it; infinite if there
         is none.
         """
-        critical, k = self._tcrit, self._critical
+        critical = self._tcrit
+        k = self._critical
         if self._done < len(self._times) and k < len(critical):
             self._critical += self._times[self._done] > critical[k]
         if self._critical < len(critical):
@@ -89,7 +98,9 @@ class Watcher:
 
     def __call__(self, run):
         if run is not self._run:
-            self._run, self._done, self._critical = run, 0, 0
+            self._run = run
+            self._done = 0
+            self._critical = 0
             views = [run.view(name) for name in ("solve.state", "output.record", "solve.work")]
             (self._state,), (self._record,), self._work = views
             self.limit()  # on the way to the first time of output, as the Problem has it
@@ -124,7 +135,8 @@ class Information:
 
     def fail(self, run, k, istate, tolsf):
         """Take the state of a run that failed on the way to row k."""
-        self.told[k], self.tolsf[k] = run.view("solve.state")[0], tolsf
+        self.told[k] = run.view("solve.state")[0]
+        self.tolsf[k] = tolsf
         if istate in (-4, -5):
             from fastdyn.kernels.methods.lsoda.past import CHANGE, WEIGHT  # imports Numba
 
@@ -134,7 +146,8 @@ class Information:
 
 def infodict_of(information, n, orders, band, message):
     """The `infodict`: SciPy's names; `lenrw` and `leniw` are those of ODEPACK."""
-    s, (adams, bdf) = information.told, orders
+    s = information.told
+    adams, bdf = orders
     found = {
         "hu": s["direction"] * s["h_old"], "tcur": s["t"].copy(), "tolsf": information.tolsf,
         "tsw": s["t_switched"].copy(), "nst": s["n_accepted"], "nfe": s["n_extra"],

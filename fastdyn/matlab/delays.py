@@ -12,7 +12,8 @@ from .options import check_options, odeset
 from .solution import AtTimes, Call, Refined, Solution
 from .solve import PARAMETERS, Solver, times_of
 
-FOR_LAGS, FOR_DELAYS = Solver("dde23", "Tsit5"), Solver("ddesd", "Tsit5")
+FOR_LAGS = Solver("dde23", "Tsit5")
+FOR_DELAYS = Solver("ddesd", "Tsit5")
 TAKEN = {  # MATLAB's names and those of `solve_dde`
     "RelTol": "rtol", "AbsTol": "atol", "MaxStep": "max_step", "InitialStep": "first_step",
 }  # fmt: skip
@@ -92,7 +93,8 @@ def ddesd(ddefun, delays, history, tspan, options=None) -> Solution:
 
 def _solved(solver, fun, history, tspan, options, lags):
     check_options(options)
-    given, times = odeset(options or {}), times_of(tspan)
+    given = odeset(options or {})
+    times = times_of(tspan)
     chosen: dict[str, Any] = {ours: given[name] for name, ours in TAKEN.items() if name in given}
     chosen.setdefault("rtol", 1e-3)
     chosen.setdefault("atol", 1e-6)

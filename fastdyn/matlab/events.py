@@ -112,7 +112,9 @@ def occurrences(result, events):
     ye = np.concatenate(full) if full else np.empty((0, len(result.y)))
     direction = 1.0 if result.t[-1] >= result.t[0] else -1.0
     order = np.argsort(direction * te, kind="stable")
-    te, ye, ie = te[order], ye[order], ie[order]
+    te = te[order]
+    ye = ye[order]
+    ie = ie[order]
     steps = np.searchsorted(direction * result.t, direction * te, side="left")
     for step, i in zip(steps, ie, strict=True):
         ends = [k for k in (step - 1, step) if 0 <= k < len(result.t)]

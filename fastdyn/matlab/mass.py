@@ -14,7 +14,8 @@ SINGULAR = (
 
 def with_mass(solver, fun, options, t0, y0):
     """The function of (t, y) that returns M \\ f, and None; or `fun` and a singular matrix M."""
-    mass, dependence = options["Mass"], options.get("MStateDependence")
+    mass = options["Mass"]
+    dependence = options.get("MStateDependence")
     try:
         return _divided(fun, mass, dependence, t0, y0), None
     except SingularMatrixError as error:

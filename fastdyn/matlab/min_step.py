@@ -23,7 +23,9 @@ def not_shorter(result, least):
         f"at t = {t:.6g} the tolerances cannot be met without reducing the step size below "
         f"MinStep = {least:g}."
     )
-    result.status, result.success, result.n_accepted = -1, False, n
+    result.status = -1
+    result.success = False
+    result.n_accepted = n
     forwards = result.t[-1] >= result.t[0]
     if result.t_events is not None:
         kept = [(times <= t) if forwards else (times >= t) for times in result.t_events]

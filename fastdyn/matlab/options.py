@@ -69,7 +69,8 @@ def odeset(*given, **named) -> Options:
     ValueError, TypeError
         For unknown or ambiguous names, names without a value, and values that make no sense.
     """
-    options, words = Options(), list(given)
+    options = Options()
+    words = list(given)
     while words and not isinstance(words[0], str):
         older = words.pop(0)
         if not isinstance(older, Mapping):

@@ -51,7 +51,8 @@ def ode15i(odefun, tspan, y0, yp0, options=None) -> Solution:
 
     takes("odefun", odefun, "t, y, yp", PARAMETERS)
     check_options(options)
-    given, times = odeset(options or {}), times_of(tspan)
+    given = odeset(options or {})
+    times = times_of(tspan)
     chosen: dict[str, Any] = {
         ours: given[name] for name, ours in OF_IMPLICIT.items() if name in given
     }

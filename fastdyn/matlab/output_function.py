@@ -24,7 +24,9 @@ class OutputFunction:
     """
 
     def __init__(self, function, chosen, times, refine):
-        self.function, self.times, self.refine = function, times, refine
+        self.function = function
+        self.times = times
+        self.refine = refine
         self.chosen = slice(None) if chosen is None else np.asarray(chosen, int)
 
     def begin(self, y0):
@@ -33,7 +35,8 @@ class OutputFunction:
 
     def step(self, solver):
         """After a step of a Stepper; whether to stop."""
-        t_old, t = solver.t_old, solver.t
+        t_old = solver.t_old
+        t = solver.t
         if len(self.times) > 2:
             passed = (self.times - t_old) * (t - self.times)
             t_out = self.times[(passed >= 0.0) & (self.times != t_old)]

@@ -46,7 +46,9 @@ class Solution:
     """
 
     def __init__(self, call, result, output, events):
-        self.call, self.solver, self.interpolant = call, call.solver.name, result.sol
+        self.call = call
+        self.solver = call.solver.name
+        self.interpolant = result.sol
         self.result = result
         self.x, self.y = np.asarray(result.t), np.asarray(result.y)
         self.xe: Any = None
@@ -86,7 +88,8 @@ class Solution:
 
     def joined(self, later):
         """The Solution that consists of this Solution and of `later`, which begins at its end."""
-        both, first = copy.copy(later), 1 if np.array_equal(later.y[:, 0], self.y[:, -1]) else 0
+        both = copy.copy(later)
+        first = 1 if np.array_equal(later.y[:, 0], self.y[:, -1]) else 0
         both.x = np.append(self.x, later.x[first:])
         both.y = np.column_stack([self.y, later.y[:, first:]])
         both.interpolant = Joined(self.interpolant, later.interpolant, self.x[-1])
@@ -112,7 +115,8 @@ def _names_on_the_left(frame, behind_call=False):
 
     A frame unpacks now, or next, `behind_call` that it makes.
     """
-    code, place = frame.f_code.co_code, frame.f_lasti
+    code = frame.f_code.co_code
+    place = frame.f_lasti
     if behind_call:
         place += 2
         while code[place] == dis.opmap["CACHE"]:
@@ -164,7 +168,8 @@ class Refined(NamedTuple):
     refine: int
 
     def __call__(self, solution) -> Any:
-        x, y = solution.x, solution.y.T
+        x = solution.x
+        y = solution.y.T
         if self.refine == 1 or len(x) < 2:
             return x, y
         share = np.arange(1, self.refine) / self.refine
@@ -184,13 +189,15 @@ class AtTimes(NamedTuple):
     ended: bool
 
     def __call__(self, solution) -> Any:
-        x, y = solution.x, solution.y.T
+        x = solution.x
+        y = solution.y.T
         there = (self.times - x[0]) * (x[-1] - self.times) >= 0.0
         t = self.times[there]
         if self.ended and t[-1] != x[-1]:
             t = np.append(t, x[-1])
         values = solution.interpolant(t).T if len(x) > 1 else y[: len(t)]
-        at_end, at_start = t == x[-1], t == x[0]
+        at_end = t == x[-1]
+        at_start = t == x[0]
         values[at_end], values[at_start] = y[-1], y[0]
         return t, values
 

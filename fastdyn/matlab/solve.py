@@ -51,7 +51,8 @@ def solve(solver, fun, tspan, y0, options):
     takes("odefun", fun, "t, y", PARAMETERS)
     check_options(options)
     options = options_of(solver, options)
-    times, y0 = times_of(tspan), _state(y0)
+    times = times_of(tspan)
+    y0 = _state(y0)
     if np.size(options.get("AbsTol", 0.0)) not in (1, len(y0)):
         raise ValueError(
             f"AbsTol must be one number, or one for each of the {len(y0)} components of y0; got "
@@ -93,13 +94,16 @@ def _as_a_row(fun):
 
 
 def _solved(solver, fun, times, y0, options):
-    t0, tf = float(times[0]), float(times[-1])
-    own, algebraic = fun, None
+    t0 = float(times[0])
+    tf = float(times[-1])
+    own = fun
+    algebraic = None
     if "Mass" in options:
         fun, algebraic = with_mass(solver, fun, options, t0, y0)
     events = options.get("Events")
     functions = None if events is None else event_functions(events, t0, y0)
-    refine, observer = options.get("Refine", solver.refine), None
+    refine = options.get("Refine", solver.refine)
+    observer = None
     if "OutputFcn" in options:
         chosen = options.get("OutputSel")
         observer = OutputFunction(options["OutputFcn"], chosen, times, refine)
@@ -128,7 +132,8 @@ def _run(solver, fun, t_span, y0, functions, observer, options, mass) -> Any:
         for option in OPTIONS.values()
         if option.matlab in options.keys() - (APART if solver.implicit else APART | OF_IMPLICIT)
     }
-    span, method = abs(tf - t0), METHODS[solver.method if mass is None else "Rodas5P"]
+    span = abs(tf - t0)
+    method = METHODS[solver.method if mass is None else "Rodas5P"]
     if not method.like_matlab:
         chosen.setdefault("max_step", span / 10.0)
     if "first_step" in chosen:

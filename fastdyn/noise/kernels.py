@@ -45,7 +45,8 @@ def build(plan, functions, events, forms, width):
         for i, (event, terminal) in enumerate(zip(events, plan.terminal, strict=True))
     ]
     step = getattr(steps, method.step)(functions)
-    look, stops = passages.in_turn(looks), any(plan.terminal)
+    look = passages.in_turn(looks)
+    stops = any(plan.terminal)
     return loop.kernel(step, start, forms, width, method.areas, look, stops), ADVANCE
 
 

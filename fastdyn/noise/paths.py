@@ -41,12 +41,20 @@ class Paths:
     """
 
     def __init__(self, solved, single):
-        self._solved, self._single = solved, single
+        self._solved = solved
+        self._single = single
         facts = solved.facts
-        self.t, self.reduced = solved.t, solved.reduced
-        self.method, self.calculus, self.noise = facts.method, facts.calculus, facts.noise
-        self.step, self.n_steps, self.nfev = facts.step, facts.n_steps, facts.nfev
-        self.width, self.reason, self.key = facts.width, facts.reason, facts.key
+        self.t = solved.t
+        self.reduced = solved.reduced
+        self.method = facts.method
+        self.calculus = facts.calculus
+        self.noise = facts.noise
+        self.step = facts.step
+        self.n_steps = facts.n_steps
+        self.nfev = facts.nfev
+        self.width = facts.width
+        self.reason = facts.reason
+        self.key = facts.key
         finite = np.isfinite(solved.y_end).all(axis=0)
         lost = int((~finite).sum())
         self.message = (

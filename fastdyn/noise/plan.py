@@ -199,7 +199,8 @@ def _in_lanes(plan, equations, bounds, events, args, near):
         except Exception as error:
             raise Uncompilable(explain(error)) from error
         _kernels.put(key, compiled)
-    block, keepalive = np.zeros(FIRST + sum(sizes), np.int64), [compiled, forms]
+    block = np.zeros(FIRST + sum(sizes), np.int64)
+    keepalive = [compiled, forms]
     pack_all([each for form in forms for each in form.parameters], block, keepalive)
     return Kernel(compiled, block, width, "", bounds.all, keepalive)
 

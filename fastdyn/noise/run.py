@@ -26,7 +26,8 @@ class Lanes:
     """The memory of one thread, and its call of the kernel."""
 
     def __init__(self, kernel, plan, grid, key, y, places, friction):
-        width, m = kernel.width, plan.n_sources
+        width = kernel.width
+        m = plan.n_sources
         self.run: Any = np.zeros(1, RUN)
         self.run["key"], self.run["t0"], self.run["h"] = key, grid.t0, grid.h
         self.run["interval"], self.run["refine"] = grid.interval, grid.refine
@@ -42,7 +43,8 @@ class Lanes:
     def take(self, first, last, begin, end, stopped):
         """Take the paths from `first` to `last` through the steps from `begin` to `end`."""
         most = max(1, PIECE // (last - first))
-        self.run["first"], self.run["last"] = first, last
+        self.run["first"] = first
+        self.run["last"] = last
         while begin < end and not stopped:
             self.run["begin"], self.run["end"] = begin, min(begin + most, end)
             self.call()
@@ -68,7 +70,8 @@ class Runner:
     """
 
     def __init__(self, kernel, plan, grid, key, y0, directions, friction, n_threads):
-        self.n_paths, width = y0.shape[1], kernel.width
+        self.n_paths = y0.shape[1]
+        width = kernel.width
         padded = -(-self.n_paths // width) * width
         self._y = np.ascontiguousarray(np.pad(y0, ((0, 0), (0, padded - self.n_paths)), "edge"))
         self._times = np.full((len(directions), padded), np.nan)
@@ -92,7 +95,8 @@ class Runner:
 
     def to(self, ends, each, bar=None):
         """Take all paths to the step `ends[k]` and call ``each(k)``, for each k."""
-        begin, stopped = 0, []
+        begin = 0
+        stopped = []
         for callback in self._callbacks:
             callback.begin()
         with ThreadPoolExecutor(len(self._lanes), thread_name_prefix="fastdyn") as pool:

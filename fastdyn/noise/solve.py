@@ -217,7 +217,8 @@ def solve_langevin(
         Arguments that make no sense.
     """
     function(accel, "accel")
-    q0, v0 = np.atleast_2d(_states(q0, "q0")), np.atleast_2d(_states(v0, "v0"))
+    q0 = np.atleast_2d(_states(q0, "q0"))
+    v0 = np.atleast_2d(_states(v0, "v0"))
     if q0.shape[1] != v0.shape[1] or (len(q0) != len(v0) and 1 not in (len(q0), len(v0))):
         raise ValueError(f"`q0` and `v0` must have one shape; got {q0.shape} and {v0.shape}.")
     m = max(len(q0), len(v0))
@@ -336,7 +337,8 @@ def _solved(asked, own, method, calculus, n, rows):
 
 def _walked(asked, runner):
     """Take all paths through the times of output; (times, states or None, reductions)."""
-    steps, single = asked.grid, asked.single
+    steps = asked.grid
+    single = asked.single
     times = np.array([steps.tf]) if asked.times is None else asked.times
     done = outputs(steps, times)
     ends = done if len(done) and done[-1] == steps.n_steps else np.append(done, steps.n_steps)

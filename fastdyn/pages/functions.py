@@ -67,7 +67,10 @@ class Functions:
         self.system, make = system, type(system)
         self.names = [one for one in dataclasses.fields(system) if "unit" in one.metadata]
         self.numbers = [one.name for one in self.names]
-        self.values, self.events, self.derived, self.left_out = [], [], [], []
+        self.values = []
+        self.events = []
+        self.derived = []
+        self.left_out = []
         self.second_order = True
         self.scene: Any = None
         self.quantities: dict = {
@@ -85,7 +88,8 @@ class Functions:
         make = type(self.system)
         given = {name: make.choices[name][word] for name, word in chosen.items()}
         system = dataclasses.replace(self.system, **given)
-        parts, first = _Parts(system, self.numbers), not self.events and not self.values
+        parts = _Parts(system, self.numbers)
+        first = not self.events and not self.values
         if system.breakpoints is not None:
             raise NotExported(NO_TIMES.format(f"the {make.name} has breakpoints"))
         rhs = parts.of(system.rhs, (len(system.states),), "rhs")
@@ -133,7 +137,8 @@ class Functions:
 
     def _phases(self, system, phases, parts):
         """Phases by number, each with its equations, its end, and the next one."""
-        n, names = len(system.states), list(phases)
+        n = len(system.states)
+        names = list(phases)
         listed = []
         for phase in phases.values():
 
@@ -160,7 +165,8 @@ class Functions:
 
     def _listed(self, system, parts, first):
         """Quantities, events and derived answers, each as an array of functions."""
-        make, known = type(system), []
+        make = type(system)
+        known = []
         for name, (function, group) in self.quantities.items():
             try:
                 known.append(parts.source(name, parts.of(function, None, name)))
@@ -224,8 +230,10 @@ class _Parts:
     """The members of an object in JavaScript, from functions that are traced."""
 
     def __init__(self, system, numbers):
-        self.system, self.numbers = system, numbers
-        self.members, self.statements = [f"n: {len(system.states)}"], []
+        self.system = system
+        self.numbers = numbers
+        self.members = [f"n: {len(system.states)}"]
+        self.statements = []
 
     def of(self, function, shape, name):
         """A function of (t, y, *parameters)."""
@@ -260,7 +268,8 @@ def _switches(rhs, t_end):
     found = switches(rhs.trace.graph, rhs.outputs, ())
     if found is None:
         return False
-    first, draws = np.array(rhs.trace.graph.values), np.random.default_rng(0)
+    first = np.array(rhs.trace.graph.values)
+    draws = np.random.default_rng(0)
     tried = [first, *(first * draws.uniform(0.1, 3.0, len(first)) for _ in range(DRAWS))]
     return any(len(found.times(values, 0.0, t_end).t) for values in tried)
 
@@ -305,7 +314,9 @@ def _about(scene):
 
 def _still(system, run, stage):
     """Names of the numbers that shapes of a derived picture, made for a run, do not follow."""
-    t, y, found = run.t, np.asarray(run.y), []
+    t = run.t
+    y = np.asarray(run.y)
+    found = []
     middle = len(t) // 2
     for field in system.parameter_fields():
         if "unit" not in field.metadata:

@@ -92,7 +92,8 @@ def _data(system, functions):
     sliders = [slider(one, float(getattr(system, one.name))) for one in functions.names]
     phases = list(system.phases())
     offered = methods.offered(functions.second_order, phases)
-    n, kept = len(make.states), _first(functions, ("invariants", "constraints"))
+    n = len(make.states)
+    kept = _first(functions, ("invariants", "constraints"))
     quantity = _first(functions, ("quantities", "invariants", "constraints"))
     span = float(make.t_end)
     return {

@@ -5,7 +5,9 @@ import json
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.methods.gauss.methods import extrapolation
 
-ADAPTIVE, FIXED, SECOND_ORDER = "RK45", ("RK4", "EnergyConserving2"), "VelocityVerlet"
+ADAPTIVE = "RK45"
+FIXED = ("RK4", "EnergyConserving2")
+SECOND_ORDER = "VelocityVerlet"
 NAMES = (ADAPTIVE, "RK4", SECOND_ORDER, "EnergyConserving2")
 WORDS = {
     "RK45": "adapts its steps to the tolerance",
@@ -55,7 +57,8 @@ def _floats(values):
 
 def _explicit(table, facts):
     """The step of an explicit method, its error and its dense output, as straight lines."""
-    c, stages = table["c"].floats, table["a"]
+    c = table["c"].floats
+    stages = table["a"]
     s = facts.n_stages
     lines = []
     for i in range(1, s + 1):

@@ -49,7 +49,8 @@ def build(folder, names=None, say=print):
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    written, items = [], []
+    written = []
+    items = []
     for name in known() if names is None else names:
         try:
             source = named(name)

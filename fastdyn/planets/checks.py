@@ -9,7 +9,8 @@ LARGEST = 0.1  # perturbation, as a share of the attraction
 
 def perturbations(planets, order):
     """The perturbation of each planet in Jacobi's coordinates, as a share of the attraction."""
-    m, q = planets.masses[order], planets.q0[order]
+    m = planets.masses[order]
+    q = planets.q0[order]
     apart = q[None] - q[:, None]
     distances = np.linalg.norm(apart, axis=2) + np.eye(len(m))
     pulls = (m[None, :, None] * apart / distances[..., None] ** 3).sum(1)
@@ -21,7 +22,8 @@ def perturbations(planets, order):
 
 def meeting(planets, q):
     """(i, j, share of the meeting distance) of the pair of planets that is closest to a meeting."""
-    m, r = planets.masses, np.linalg.norm(q - q[0], axis=1)
+    m = planets.masses
+    r = np.linalg.norm(q - q[0], axis=1)
     apart = np.linalg.norm(q[None] - q[:, None], axis=2)
     hill = ((m[:, None] + m) / (3.0 * m[0])) ** (1.0 / 3.0) * np.maximum(r[:, None], r)
     with np.errstate(divide="ignore", invalid="ignore"):

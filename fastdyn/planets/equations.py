@@ -9,7 +9,8 @@ def rhs(t, y, G, *masses):
     pulls = [0.0] * (3 * n)
     for i in range(n):
         for j in range(i):
-            x, z = y[3 * j] - y[3 * i], y[3 * j + 2] - y[3 * i + 2]
+            x = y[3 * j] - y[3 * i]
+            z = y[3 * j + 2] - y[3 * i + 2]
             w = y[3 * j + 1] - y[3 * i + 1]
             rr = x * x + w * w + z * z
             pull = G / (rr * np.sqrt(rr))
@@ -24,10 +25,13 @@ def energy(t, y, G, *masses):
     n = len(masses)
     total = 0.0
     for i in range(n):
-        u, v, w = y[3 * (n + i)], y[3 * (n + i) + 1], y[3 * (n + i) + 2]
+        u = y[3 * (n + i)]
+        v = y[3 * (n + i) + 1]
+        w = y[3 * (n + i) + 2]
         total = total + 0.5 * masses[i] * (u * u + v * v + w * w)
         for j in range(i):
-            x, z = y[3 * j] - y[3 * i], y[3 * j + 2] - y[3 * i + 2]
+            x = y[3 * j] - y[3 * i]
+            z = y[3 * j + 2] - y[3 * i + 2]
             w = y[3 * j + 1] - y[3 * i + 1]
             total = total - G * masses[i] * masses[j] / np.sqrt(x * x + w * w + z * z)
     return total
@@ -36,10 +40,16 @@ def energy(t, y, G, *masses):
 def angular_momentum(t, y, G, *masses):
     """The length of the angular momentum about the origin."""
     n = len(masses)
-    a, b, c = 0.0, 0.0, 0.0
+    a = 0.0
+    b = 0.0
+    c = 0.0
     for i in range(n):
-        x, w, z = y[3 * i], y[3 * i + 1], y[3 * i + 2]
-        u, v, s = y[3 * (n + i)], y[3 * (n + i) + 1], y[3 * (n + i) + 2]
+        x = y[3 * i]
+        w = y[3 * i + 1]
+        z = y[3 * i + 2]
+        u = y[3 * (n + i)]
+        v = y[3 * (n + i) + 1]
+        s = y[3 * (n + i) + 2]
         a = a + masses[i] * (w * s - z * v)
         b = b + masses[i] * (z * u - x * s)
         c = c + masses[i] * (x * v - w * u)

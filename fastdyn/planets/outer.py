@@ -42,6 +42,7 @@ def outer_planets() -> Planets:
     Astron. J. 92 (1986).
     """
     masses = np.array(MASSES)
-    places, rates = np.array(PLACES), YEAR * np.array(VELOCITIES)
+    places = np.array(PLACES)
+    rates = YEAR * np.array(VELOCITIES)
     share = masses / masses.sum()
     return Planets(masses, places - share @ places, rates - share @ rates, G)

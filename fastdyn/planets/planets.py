@@ -105,7 +105,8 @@ class Planets:
 
     def orbits(self) -> tuple:
         """Distances from the first mass, and semi-major axes; negative ones of hyperbolas."""
-        q, v = self.q0[1:] - self.q0[0], self.v0[1:] - self.v0[0]
+        q = self.q0[1:] - self.q0[0]
+        v = self.v0[1:] - self.v0[0]
         r = np.linalg.norm(q, axis=1)
         mu = self.G * (self.masses[0] + self.masses[1:])
         with np.errstate(divide="ignore"):

@@ -40,15 +40,19 @@ def laid_out(masses, q, v, G, bodies, pairs, modified):
     modified : bool
     """
     n = len(masses) - 1
-    p, lengths = padded(n), sizes(n)
+    p = padded(n)
+    lengths = sizes(n)
     starts = HEAD + np.r_[0, np.cumsum(lengths)]
     wide = 6 * (n + 1)
     n_rows = -(-starts[-1] // wide)
     work = np.zeros((K + n_rows, wide))
     flat = work[K:].reshape(-1)
     rows = [flat[a : a + size] for a, size in zip(starts, lengths, strict=False)]
-    out, room = Motion(*rows[5:10]), Room(*rows[10:])
-    eta, star, m = np.cumsum(masses), masses[0], masses[1:]
+    out = Motion(*rows[5:10])
+    room = Room(*rows[10:])
+    eta = np.cumsum(masses)
+    star = masses[0]
+    m = masses[1:]
     flat[N_BODIES], flat[N_PAIRS], flat[MODIFIED] = n + 1, len(pairs), modified
     filler = np.minimum(np.arange(p), n - 1)  # lanes without a planet follow the last
     out.x.reshape(3, p)[:] = jacobi(masses, q)[filler].T
@@ -67,7 +71,8 @@ def laid_out(masses, q, v, G, bodies, pairs, modified):
     _fill(room.near, (HILL * hill) ** 2 * (1.0 - np.eye(n)), p)
     _fill(room.of_pulls, np.eye(n) - m / eta[:-1, None] * before, p)
     _fill(room.of_star, -G * star * m / eta[:-1, None] * before.T, p)
-    room.masses[:], room.body[:] = masses, bodies
+    room.masses[:] = masses
+    room.body[:] = bodies
     room.drifting[:3], room.drifting[3:] = masses @ q / eta[-1], masses @ v / eta[-1]
     room.pairs[: 2 * len(pairs)] = np.ravel(pairs)
     return work

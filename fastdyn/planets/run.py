@@ -70,7 +70,9 @@ class Steps:
         kinds.number("step", step)
         step = fixed_step({"step": step}, t0, tf, NAME)
         self.planets, self.method = planets, facts(corrector)
-        self.h, self.t0, self.tf = step, t0, tf
+        self.h = step
+        self.t0 = t0
+        self.tf = tf
         self.settings = ("corrector", int(corrector), planets.G, planets.masses.tolist())
         order = planets.arranged()
         self.work = laid_out(
@@ -82,7 +84,11 @@ class Steps:
         self.state: Any = np.zeros(1, STATE)
         self.block = np.zeros(FIRST, np.int64)
         s = self.state[0]
-        s["t"], s["t_old"], s["t_start"], s["t_end"], s["t_stop"] = t0, t0, t0, tf, tf
+        s["t"] = t0
+        s["t_old"] = t0
+        s["t_start"] = t0
+        s["t_end"] = tf
+        s["t_stop"] = tf
         s["h"], s["direction"], s["n_extra"] = step, 1.0 if tf >= t0 else -1.0, self.method.n_stages
         self._numbers = self.work[K:].reshape(-1)
         self._advance = Call(wisdom_holman_kernel(), *Solve(self.state, self.work, self.block), 0)
@@ -176,7 +182,8 @@ class _Outputs:
     """The states at the times of output, and the chunks of steps on the way to them."""
 
     def __init__(self, steps, t_eval, checkpoint):
-        self._steps, self._t_eval = steps, t_eval
+        self._steps = steps
+        self._t_eval = t_eval
         self.y = np.zeros((len(t_eval), steps.work.shape[1]))
         self.filled = np.zeros(1, np.int64)
         self._file = None
@@ -216,10 +223,12 @@ class _Outputs:
         s = self._steps
         shares = abs(t - s.t0) / s.h
         whole = round(shares) if abs(shares - round(shares)) < ON_STEP else int(shares)
-        chunk, left = FIRST_STEPS, whole - s.n_steps
+        chunk = FIRST_STEPS
+        left = whole - s.n_steps
         while left > chunk:
             began = time.perf_counter()
-            status, left = s.advance(chunk), left - chunk
+            status = s.advance(chunk)
+            left = left - chunk
             if status not in (RUNNING, FINISHED):
                 return status
             chunk = next_chunk(chunk, time.perf_counter() - began)

@@ -48,7 +48,9 @@ class Artists:
 
     def __init__(self, scenes, trail=True):
         pyplot = needed("matplotlib.pyplot")
-        self.scenes, self.trail, first = scenes, trail, scenes[0]
+        self.scenes = scenes
+        self.trail = trail
+        first = scenes[0]
         self.space = len(first.traced) == 3
         self.limits = frame(scenes)
         size = (WIDE, self._height()) if self.space else self._size()
@@ -301,7 +303,8 @@ def _film(result, seconds, fps):
         order = np.argsort(result.t)
         y = np.array([np.interp(t, steps, row[order]) for row in result.y])
     if result.t[-1] < result.t[0]:
-        t, y = t[::-1], y[:, ::-1]
+        t = t[::-1]
+        y = y[:, ::-1]
         pictures = len(t) - 1 - np.searchsorted(t[::-1], even)
     else:
         pictures = np.searchsorted(t, even)

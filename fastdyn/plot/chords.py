@@ -37,7 +37,8 @@ def times(sol, steps):
         bends = np.abs(found - 0.5 * (y[:, between] + y[:, between + 1])) > OFF * sizes
         bent = np.flatnonzero(bends.any(axis=0))
         after = between[bent] + 1
-        t, y = np.insert(t, after, middle[bent]), np.insert(y, after, found[:, bent], axis=1)
+        t = np.insert(t, after, middle[bent])
+        y = np.insert(y, after, found[:, bent], axis=1)
         first = after - 1 + np.arange(len(bent))  # where the left halves are now
         between = np.sort(np.concatenate([first, first + 1]))
     return t

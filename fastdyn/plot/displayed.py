@@ -31,7 +31,8 @@ def display(shown, **options):
 def table(title, rows, head=()):
     """Rows of cells under a title, and under a row of names if there are any, as HTML."""
     if not any(row[-1] for row in rows):
-        rows, head = [row[:-1] for row in rows], head[:-1]
+        rows = [row[:-1] for row in rows]
+        head = head[:-1]
     lines = [_row("td", row) for row in rows]
     if head and lines:
         lines.insert(0, _row("th", head))

@@ -74,7 +74,8 @@ def scene(system, t, w):
     body = [middle + a * along + b * across for a, b in _BODY * size]
     lines = [tuple(np.array([middle - 0.5 * size * along, middle + 0.5 * size * along]).T)]
     for place, angle in ((-0.5, th), (0.5, th + alpha)):
-        centre, rolling = middle + place * size * along, _axes(angle)[0]
+        centre = middle + place * size * along
+        rolling = _axes(angle)[0]
         wheel = [centre - 0.17 * size * rolling, centre + 0.17 * size * rolling]
         lines.append(tuple(np.array(wheel).T))
     note = f"car drawn {LARGER:g} times its size"
@@ -86,5 +87,6 @@ _BODY = np.array([[-0.65, -0.22], [0.45, -0.22], [0.65, 0.0], [0.45, 0.22], [-0.
 
 def _axes(angle):
     """Unit vectors along and across a heading; the angle counts clockwise from x."""
-    c, s = math.cos(angle), math.sin(angle)
+    c = math.cos(angle)
+    s = math.sin(angle)
     return np.array([c, -s]), np.array([s, c])

@@ -99,7 +99,8 @@ def _fan(e, chosen, columns, options):
 
 def _bands(axes, t, values):
     there = np.isfinite(values).any(axis=0)
-    t, values = t[there], values[:, there]
+    t = t[there]
+    values = values[:, there]
     for low, high, alpha, label in BANDS:
         edges = np.nanquantile(values, [low, high], axis=0)
         axes.fill_between(t, *edges, color=style.COLOURS[0], alpha=alpha, lw=0, label=label)
@@ -144,8 +145,10 @@ def _map(e, names, chosen, columns, options):
     (label_x, x), (label_y, y) = columns
     found = _quantities(e, names, chosen)[:MOST]
     figure, panels = _grid(len(found), **options)
-    at_x, at_y = np.unique(x), np.unique(y)
-    i, j = np.searchsorted(at_x, x), np.searchsorted(at_y, y)
+    at_x = np.unique(x)
+    at_y = np.unique(y)
+    i = np.searchsorted(at_x, x)
+    j = np.searchsorted(at_y, y)
     grid = len(at_x) * len(at_y) == len(x) == len(np.unique(j * len(at_x) + i))
     for axes, quantity in zip(panels, found, strict=True):
         if grid:
@@ -202,7 +205,8 @@ def _quantities(e, names, chosen):
                 found.append(Quantity(f"time of the first {event}", unit, times, panel))
             continue
         for i in chosen:
-            label, title = e.labels[i], TITLES[name].format(letters(e.labels[i].name))
+            label = e.labels[i]
+            title = TITLES[name].format(letters(e.labels[i].name))
             panel = (letters(label.name), label.unit)
             if e.is_time(name):
                 panel = (f"time of extremes of {letters(label.name)}", unit)

@@ -37,7 +37,8 @@ def fitted(records, of_band, **options):
     of_band : str
         The words for the band in the legend.
     """
-    n_series, many = len(records[0].values), len(records) > 1
+    n_series = len(records[0].values)
+    many = len(records) > 1
     with style.slides():
         figure = style.new_figure(**{"figsize": (2.0 + 5.0 * n_series, 6.0)} | options)
         panels = figure.subplots(
@@ -49,7 +50,8 @@ def fitted(records, of_band, **options):
                 colour = style.COLOURS[k % len(style.COLOURS)]
                 points = colour if many else "0.4"
                 measured = "" if many else "measured"
-                motion, band = one.motion[i], one.band[i]
+                motion = one.motion[i]
+                band = one.band[i]
                 above.plot(one.times, one.values[i], ".", color=points, label=measured or None)
                 above.plot(one.t, motion, color=colour, label=one.name if many else "fitted")
                 above.fill_between(

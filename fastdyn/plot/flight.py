@@ -58,9 +58,11 @@ def _frame(paths):
     reach = [max(np.ptp(path, axis=1).max(), 1e-9) for path in paths]
     shown = [p for p, r in zip(paths, reach, strict=True) if r <= FAR * min(reach)]
     together = np.concatenate(shown, axis=1)
-    low, high = together.min(axis=1), together.max(axis=1)
+    low = together.min(axis=1)
+    high = together.max(axis=1)
     margin = 0.15 * (high - low).max()
-    low[:2], high = low[:2] - margin, high + margin
+    low[:2] = low[:2] - margin
+    high = high + margin
     if (low[2], high[2]) != (0.0, 0.0):
         low[2] = min(low[2], 0.0)
     outside = [((p < low[:, None]) | (p > high[:, None])).any(axis=0) for p in paths]

@@ -139,7 +139,8 @@ def in_flight(t, phases):
 
 def scene(length, w):
     """The cable and the mass, for moving pictures; a slack cable is bent."""
-    x, y = w[0], -w[1]
+    x = w[0]
+    y = -w[1]
     r = math.hypot(x, y)
     sag = 0.5 * math.sqrt(max(length * length - r * r, 0.0)) if r < 0.999 * length else 0.0
     line = ([0.0, 0.5 * x, x], [0.0, 0.5 * y - sag, y])

@@ -52,10 +52,12 @@ class Scene(NamedTuple):
 
 def spring(start, end, n=12):
     """A spring between two points, as a polyline."""
-    (x0, y0), (x1, y1) = start, end
+    x0, y0 = start
+    x1, y1 = end
     along = np.concatenate([[0.0, 0.08], np.linspace(0.08, 0.92, n + 2)[1:-1], [0.92, 1.0]])
     side = np.concatenate([[0.0, 0.0], 0.06 * np.tile([1.0, -1.0], n)[:n], [0.0, 0.0]])
-    dx, dy = x1 - x0, y1 - y0
+    dx = x1 - x0
+    dy = y1 - y0
     return x0 + along * dx - side * dy, y0 + along * dy + side * dx
 
 
@@ -68,7 +70,8 @@ def frame(scenes):
     """
     first = scenes[0]
     low, high = _corners(scenes)
-    ground, space = first.ground, len(low) == 3
+    ground = first.ground
+    space = len(low) == 3
     if ground is not None:
         low[-1], high[-1] = min(low[-1], ground), max(high[-1], ground)
     reach = 0.57 * np.maximum(high - low, 1e-9)

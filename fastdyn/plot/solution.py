@@ -129,8 +129,10 @@ def plane(axes, exact, path, colour, label=None):
     if known:
         axes.plot(*exact, "k--", lw=1.2, label="exact")
     frame = exact if known else path
-    low, high = frame.min(axis=1), frame.max(axis=1)
-    middle, reach = 0.5 * (low + high), 0.6 * max((high - low).max(), 1e-300)
+    low = frame.min(axis=1)
+    high = frame.max(axis=1)
+    middle = 0.5 * (low + high)
+    reach = 0.6 * max((high - low).max(), 1e-300)
     axes.set(xlim=middle[0] + reach * np.array([-1, 1]), aspect="equal")
     axes.set(ylim=middle[1] + reach * np.array([-1, 1]), xlabel="x (m)", ylabel="y (m)")
     axes.locator_params(nbins=6)
@@ -186,7 +188,8 @@ def curve(result, per_step=16):
     t : ndarray, shape (n_points,)
     y : ndarray, shape (n, n_points)
     """
-    t, y = np.asarray(result.t, float), np.asarray(result.y)
+    t = np.asarray(result.t, float)
+    y = np.asarray(result.y)
     if len(t) < 2 or (sol := between(result)) is None:
         return t, y
     per_step = max(per_step, 400 // (len(t) - 1))

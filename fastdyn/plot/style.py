@@ -169,7 +169,8 @@ def _times_pi(value):
         return "0"
     divisor = 4 // math.gcd(4, quarters)
     number = quarters * divisor // 4
-    sign, number = "\N{MINUS SIGN}" * (number < 0), abs(number)
+    sign = "\N{MINUS SIGN}" * (number < 0)
+    number = abs(number)
     return f"{sign}{number if number > 1 else ''}π{f'/{divisor}' if divisor > 1 else ''}"
 
 

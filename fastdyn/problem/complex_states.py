@@ -52,7 +52,8 @@ def _check_jacobian(options, asked):
 
     A compiled function of complex numbers has an exact Jacobian, by real and imaginary parts.
     """
-    jac, sparsity = options.pop("jac", None), options.pop("jac_sparsity", None)
+    jac = options.pop("jac", None)
+    sparsity = options.pop("jac_sparsity", None)
     if callable(jac):
         jac = jac(asked.t0, asked.y0.copy(), *asked.args)
     for name, matrix in (("jac", jac), ("jac_sparsity", sparsity)):

@@ -26,10 +26,12 @@ def longer(asked):
     ------
     ValueError, TypeError
     """
-    y0, options = asked.y0, asked.options
+    y0 = asked.y0
+    options = asked.options
     d0 = discrete_states(asked.discrete, y0, {**options, "vectorized": asked.vectorized})
     expect_action(options.get("on_event"))
-    n, m = len(y0), len(d0)
+    n = len(y0)
+    m = len(d0)
     ours = method_for(asked.method)
     events, on_event = extended_events(listed(asked.events, options), options["on_event"], n, m)
     options = {name: value for name, value in options.items() if name not in SHORTHANDS}

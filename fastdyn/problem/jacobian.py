@@ -21,7 +21,8 @@ def options_of(options, n):
     ------
     ValueError
     """
-    jac, sparsity = options.get("jac"), options.get("jac_sparsity")
+    jac = options.get("jac")
+    sparsity = options.get("jac_sparsity")
     entries = None if sparsity is None else pattern_of(sparsity, n, "jac_sparsity")
     if isinstance(jac, str):
         if jac != DIFFERENCES:

@@ -21,7 +21,9 @@ def options_of(asked, method):
     options = asked.options
     if method.name != NAME:
         return options if method.n_matrices else {}, 0.0, NO_BAND
-    jac, h_least, band = options.get("jac"), _shortest_step(options), _band(options)
+    jac = options.get("jac")
+    h_least = _shortest_step(options)
+    band = _band(options)
     if callable(jac) and band != NO_BAND:
         jac = unpacked(jac, band, asked)
     return {"jac": jac}, h_least, band

@@ -40,8 +40,11 @@ def equations_of(asked, method, mode):
     ------
     ValueError
     """
-    fun, y0, options = asked.fun, asked.y0, asked.options
-    found, n = options.get("mass") if method.takes_mass else None, len(y0)
+    fun = asked.fun
+    y0 = asked.y0
+    options = asked.options
+    found = options.get("mass") if method.takes_mass else None
+    n = len(y0)
     if found is None:
         return fun, None
     if mode not in (DERIVATIVE, COLUMN):
@@ -106,8 +109,11 @@ def parts_of(matrix):
     Rows and columns of zeros give unit vectors.  Components that no equation couples, directly or
     through others, stay apart.
     """
-    n, units = len(matrix), np.eye(len(matrix))
-    inverse, left, right = np.zeros((n, n)), [], []
+    n = len(matrix)
+    units = np.eye(len(matrix))
+    inverse = np.zeros((n, n))
+    left = []
+    right = []
     for rows, columns in _blocks(matrix):
         if len(rows) == len(columns) == 1:
             inverse[columns[0], rows[0]] = 1.0 / matrix[rows[0], columns[0]]
@@ -122,7 +128,8 @@ def parts_of(matrix):
 
 def _blocks(matrix):
     """(rows, columns) of each set of equations and components that elements connect."""
-    diagonal, none = np.diag(matrix), np.arange(0)
+    diagonal = np.diag(matrix)
+    none = np.arange(0)
     if not (matrix - np.diag(diagonal)).any():
         for i, element in enumerate(diagonal):
             place = np.array([i])
@@ -131,7 +138,8 @@ def _blocks(matrix):
     from scipy.sparse import bmat, csr_matrix
     from scipy.sparse.csgraph import connected_components
 
-    n, pattern = len(matrix), csr_matrix(matrix != 0.0)
+    n = len(matrix)
+    pattern = csr_matrix(matrix != 0.0)
     count, label = connected_components(bmat([[None, pattern], [pattern.T, None]]), False)
     order = np.argsort(label, kind="stable")
     for members in np.split(order, np.searchsorted(label[order], np.arange(1, count))):

@@ -243,14 +243,17 @@ class Members:
 
         Returns (address, column of `words`, bytes from lane to lane) of each varying value.
         """
-        at, keepalive, found = FIRST, [], []
+        at = FIRST
+        keepalive = []
+        found = []
         kernel.keepalive.append(keepalive)
         for parameters in kernel.parameters:  # the parameters of one function
             column = len(self.varying)
             for parameter_type, value in parameters:
                 if parameter_type[0] == "lanes":
                     found.append((block.ctypes.data + 8 * at, column, 8))
-                    at, column = at + parameter_type[1], column + 1
+                    at = at + parameter_type[1]
+                    column = column + 1
                 else:
                     at = pack(parameter_type, value, block, block.view(float), at, keepalive)
         return found

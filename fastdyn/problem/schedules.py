@@ -32,7 +32,9 @@ class Schedule:
     terminal: bool | int = False
 
     def __init__(self, times=None, period=None, start=None):
-        self.times, self.period, self.start = times, period, start
+        self.times = times
+        self.period = period
+        self.start = start
 
     def __repr__(self):
         if self.times is not None:
@@ -82,7 +84,8 @@ def every(period, start=None):
     ValueError, TypeError
         For a period that is not above zero, and for what is no finite number.
     """
-    period, start = _number("every", period), None if start is None else _number("start", start)
+    period = _number("every", period)
+    start = None if start is None else _number("start", start)
     if not period > 0.0:
         raise ValueError(f"`every` must be a time above zero; got {period}.")
     return Schedule(period=period, start=start)
@@ -151,12 +154,15 @@ ENDLESS = 2**62  # index behind all times at equal distances
 
 def in_span(schedule, t0, tf):
     """(times, first, end, way, start, period) of a Scheduled."""
-    low, high, backwards = min(t0, tf), max(t0, tf), tf < t0
+    low = min(t0, tf)
+    high = max(t0, tf)
+    backwards = tf < t0
     if schedule.times is not None:
         times = check_span(schedule.times, t0, tf)
         n = len(times)
         return times, *((n - 1, -1, -1) if backwards else (0, n, 1)), 0.0, 0.0
-    start, period = schedule.start, schedule.period
+    start = schedule.start
+    period = schedule.period
     far = max(abs(t) for t in (t0, tf) if math.isfinite(t))
     if period < 4.0 * math.ulp(far):
         raise ValueError(f"`every={period}` is no more than the spacing of times near t = {far}.")
@@ -174,7 +180,8 @@ def in_span(schedule, t0, tf):
 
 def check_span(times, t0, tf):
     """The times; ValueError if one lies outside the span."""
-    low, high = min(t0, tf), max(t0, tf)
+    low = min(t0, tf)
+    high = max(t0, tf)
     if isinstance(times, list):
         raise ValueError("`at` has times of several trajectories: these are for solve_ensemble.")
     outside = times[(times < low) | (times > high)]
@@ -232,7 +239,8 @@ def divided(events, options, t0, tf) -> tuple[Any, tuple]:
     checked = functions.acting(options.get("on_event"), functions.event_list(found))
     if found is None:
         return checked, ()
-    plain, schedules = [], []
+    plain = []
+    schedules = []
     for place, event in enumerate(checked):
         given = event.function
         if isinstance(given, Schedule):

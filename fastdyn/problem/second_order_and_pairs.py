@@ -132,7 +132,8 @@ def bind_equations(problem):
         ]
     )
     block = np.zeros(WORDS_OF_PAIR, np.int64)
-    block[0], block[FAULT] = both_of_pair().address, WORDS_OF_PAIR
+    block[0] = both_of_pair().address
+    block[FAULT] = WORDS_OF_PAIR
     for word, part in zip((words.VELOCITY, words.FORCE), pair, strict=True):
         block[word] = part.block.ctypes.data
     return Bound(

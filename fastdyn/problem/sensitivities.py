@@ -12,7 +12,8 @@ from fastdyn.kernels.methods import METHODS
 from .events import of_own
 from .options.table import refused_among
 
-START, ARGUMENTS = "y0", "args"
+START = "y0"
+ARGUMENTS = "args"
 NEEDS = "`{}` needs a function that can be traced and differentiated: {}."
 
 NOT_WITH_ADJOINT = {  # fields of Arguments
@@ -55,7 +56,8 @@ class Variational(NamedTuple):
 
     def parts(self, z):
         """(The numbers that the function is given, their derivatives, a column a direction)."""
-        n, m = self.n, self.n_directions
+        n = self.n
+        m = self.n_directions
         return z[:n], z[n : n + n * m].reshape(n, m)
 
     def joined(self, own, columns):
@@ -128,7 +130,10 @@ class Saltation(NamedTuple):
 
     def together(self):
         """One function, for one trace: the new state, f before and behind, the event."""
-        fun, event, jump, n = self.fun, self.event, self.jump, self.n
+        fun = self.fun
+        event = self.event
+        jump = self.jump
+        n = self.n
 
         def seen(t, w, *args):
             return [*fun(t, w[:n], *args), event(t, w[:n], *args)]
@@ -138,7 +143,8 @@ class Saltation(NamedTuple):
             new = list(found) if hasattr(found, "__len__") else [found]
             if event is None:
                 return new
-            before, behind = fun(t, w[:n], *args), fun(t, np.array(new), *args)
+            before = fun(t, w[:n], *args)
+            behind = fun(t, np.array(new), *args)
             return [*new, *before, *behind, event(t, w[:n], *args)]
 
         return seen if jump is None else changed
@@ -156,7 +162,9 @@ def directions_of(wanted, fun, y0, args, option="sensitivity", first=2):
         given = list(given)
     except TypeError:
         given = [wanted]
-    names, general, found = _names(fun, args, first), _general(args), {}
+    names = _names(fun, args, first)
+    general = _general(args)
+    found = {}
     for name in given:
         if name == START:
             found[START] = Direction(START, 0, y0)
@@ -257,15 +265,18 @@ class Tolerances:
     """
 
     def __init__(self, problem, m):
-        p, n = problem, len(problem.y0)
-        own, rtol = np.broadcast_to(p.atol, n), np.broadcast_to(p.rtol, n)
+        p = problem
+        n = len(problem.y0)
+        own = np.broadcast_to(p.atol, n)
+        rtol = np.broadcast_to(p.rtol, n)
         least = np.minimum(own, rtol) if np.any(rtol) else own
         largest = p.method.like_matlab  # of the components, as norm
         of_y, of_s = (1.0, 1.0) if largest else np.sqrt([1.0 / (1.0 + m), m / (1.0 + m)])
         self.rtol = p.rtol
         if not largest:
             self.rtol = np.concatenate([of_y * rtol, of_s * np.repeat(rtol, m)])
-        self._of_y, self._least = of_y * own, of_s * least[:, None]
+        self._of_y = of_y * own
+        self._least = of_s * least[:, None]
 
     def of_columns(self, sizes):
         """`atol` of S, of shape (..., n, m), for the sizes (..., m) of the directions."""
@@ -295,11 +306,13 @@ def with_sensitivities(problem, directions):
     starts = [np.eye(n_start) if j == 0 else np.zeros((n_start, d.size))
               for j, d in zip(positions, directions, strict=True)]  # fmt: skip
     y0 = joined(p.y0, np.hstack(starts), parts)
-    rtol, atol = p.rtol, p.atol
+    rtol = p.rtol
+    atol = p.atol
     if p.method.error_order:
         tolerances = Tolerances(p, m)
         sizes = np.concatenate([abs(d.value).ravel() for d in directions])
-        rtol, atol = tolerances.rtol, tolerances.atol(sizes)
+        rtol = tolerances.rtol
+        atol = tolerances.atol(sizes)
     own = of_own if parts == 1 else _of_halves
 
     def longer(event, jump):
@@ -327,7 +340,8 @@ def separated(numbers, n, parts):
     before = numbers.shape[:-1]
     each = numbers.reshape(*before, parts, numbers.shape[-1] // parts)
     m = each.shape[-1] // n - 1
-    y, columns = each[..., :n], each[..., n:].reshape(*before, parts, n, m)
+    y = each[..., :n]
+    columns = each[..., n:].reshape(*before, parts, n, m)
     return y.reshape(*before, parts * n), columns.reshape(*before, parts * n, m)
 
 
@@ -344,7 +358,9 @@ def _of_halves(event, n):
 
 def by_name(columns, directions):
     """The parts of (..., m, k) by the names of the directions, each in the shape of its value."""
-    found, begin, (*before, _, k) = {}, 0, columns.shape
+    found = {}
+    begin = 0
+    *before, _, k = columns.shape
     for d in directions:
         end = begin + d.size
         found[d.name] = columns[..., begin:end, :].reshape(*before, *d.value.shape, k)

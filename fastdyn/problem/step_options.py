@@ -32,7 +32,8 @@ def tolerances(rtol, atol, y0, least=100 * EPS):
     """`rtol`, `atol`: scalars or arrays of n numbers; rtol is at least `least`."""
     if rtol.__class__ is float is atol.__class__ and rtol >= least and atol > 0:
         return rtol, atol
-    rtol, atol = _tolerance(rtol, "rtol", len(y0)), _tolerance(atol, "atol", len(y0))
+    rtol = _tolerance(rtol, "rtol", len(y0))
+    atol = _tolerance(atol, "atol", len(y0))
     if np.any(rtol < 0):
         raise ValueError(f"`rtol` must not be negative; got {rtol}.")
     if np.any(rtol < least):
@@ -153,23 +154,29 @@ def segments_of_members(member, times, t0, tf, count=1):
         member = np.zeros(len(u), int)
     else:
         order = np.lexsort((u, member[inside]))
-        u, member = u[order], member[inside][order]
+        u = u[order]
+        member = member[inside][order]
     largest = max(abs(t0), abs(tf) if math.isfinite(tf) else 0.0)
     if len(u) and not math.isfinite(tf):
         largest = max(largest, float(np.abs(u[np.isfinite(u)]).max(initial=0.0)))
     off = 4 * EPS * largest
-    early, late = u <= way * t0 + 4 * off, u >= way * tf - 4 * off
+    early = u <= way * t0 + 4 * off
+    late = u >= way * tf - 4 * off
     begins, ends = np.zeros((2, count))
     begins[member[early]] = ends[member[late]] = way * off
     keep = ~(early | late)
     keep[1:] &= (u[1:] - u[:-1] > 4 * off) | (member[1:] != member[:-1]) | early[:-1]
-    times, member = way * u[keep], member[keep]
+    times = way * u[keep]
+    member = member[keep]
     tf = last_time(tf)
     rows = np.zeros(count + 1, int)
     rows[1:] = (np.bincount(member, minlength=count) + 1).cumsum()
     at = np.arange(len(times)) + member
     found = np.empty((len(times) + count, 3))
-    found[rows[:-1], 0], found[rows[1:] - 1, 1] = t0 + begins, tf - ends
+    found[rows[:-1], 0] = t0 + begins
+    found[rows[1:] - 1, 1] = tf - ends
     found[rows[1:] - 1, 2] = tf
-    found[at + 1, 0], found[at, 1], found[at, 2] = times + way * off, times - way * off, times
+    found[at + 1, 0] = times + way * off
+    found[at, 1] = times - way * off
+    found[at, 2] = times
     return found, rows

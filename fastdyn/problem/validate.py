@@ -198,7 +198,8 @@ def _wanted_state(y0, name):
 
 def joined_state(q0, other, name):
     """Positions and, by another name, velocities or momenta as one state."""
-    q0, other = initial_state(q0, "q0"), initial_state(other, name)
+    q0 = initial_state(q0, "q0")
+    other = initial_state(other, name)
     if q0.shape != other.shape or q0.dtype == complex or other.dtype == complex:
         raise ValueError(
             f"`q0` and `{name}` must be real and of one length; "
@@ -258,7 +259,8 @@ def output_times(t_eval, t0, tf):
     """`t_eval` as a 1-D array, inside the span and strictly monotonic."""
     if t_eval is None:
         return None
-    given, t_eval = t_eval, np.asarray(t_eval)
+    given = t_eval
+    t_eval = np.asarray(t_eval)
     if t_eval.dtype.kind not in "fiub":
         times("t_eval", given)
         t_eval = t_eval.astype(float)
@@ -299,7 +301,10 @@ def _ends_at_switches(asked, method):
 
 def problem(asked, method, mode):
     """The Problem of Arguments, with a real `y0`, for a compiled method and a mode of `fun`."""
-    options, t0, tf, y0 = asked.options, asked.t0, asked.tf, asked.y0
+    options = asked.options
+    t0 = asked.t0
+    tf = asked.tf
+    y0 = asked.y0
     span = abs(tf - t0)
     check_kinds(options)
     by_themselves = {} if CHECKED.isdisjoint(options) else checked_by_themselves(options)
@@ -316,7 +321,9 @@ def problem(asked, method, mode):
         elif options.get("max_steps") is None and not any(e.limit for e in events or ()):
             step_options.never_ends(h_max, t0, tf)
     else:
-        rtol, atol, h_max = 0.0, 0.0, math.inf
+        rtol = 0.0
+        atol = 0.0
+        h_max = math.inf
         h = step_options.fixed_step(options, t0, tf, method.name)
     project = options.get("project")
     if project is not None and (not method.projects or not callable(project)):

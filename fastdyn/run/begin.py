@@ -45,7 +45,8 @@ def first_state(problem, n_extra=0):
 
 def begin(problem, matrix_rows) -> Any:
     """The state record and the work array before the first step; a matrix takes `matrix_rows`."""
-    n, p = len(problem.y0), problem
+    n = len(problem.y0)
+    p = problem
     work = np.zeros((K + p.method.rows(matrix_rows), n))
     work[Y], work[RTOL], work[ATOL] = p.y0, p.rtol, p.atol
     return STATE_RECORD(*first_state(p)), work
@@ -57,7 +58,8 @@ def jacobian_of(problem, bound, others):
     The user's Jacobian is the last of `others`.  A traced function has an exact Jacobian, which
     replaces a `jac` that returns sparse matrices: only Python can call such a `jac`.
     """
-    p, block = problem, None
+    p = problem
+    block = None
     given = others[-1] if p.jac is not None else None
     if given is not None and not given.mode.entries:
         return given.block
@@ -71,7 +73,8 @@ def event_table(problem, others, order=None) -> Any:
 
     `order` is the order of the series; by default the problem chooses the order.
     """
-    events, blocks = problem.events or [], iter([address_of(bound.block) for bound in others])
+    events = problem.events or []
+    blocks = iter([address_of(bound.block) for bound in others])
     table: Any = np.zeros(len(events), EVENTS)
     for row, event in zip(table, events, strict=True):
         row["block"] = next(blocks)
@@ -135,7 +138,8 @@ def first_output(problem, every_step, dense):
 
 
 # The fields of STATE from the first to `h_first`: times, direction, step sizes.
-OF_SPAN, T_LAST = struct.Struct("9d"), STATE.itemsize + OUTPUT.fields["t_last"][1]
+OF_SPAN = struct.Struct("9d")
+T_LAST = STATE.itemsize + OUTPUT.fields["t_last"][1]
 
 
 def fill_span(image, t0, tf, h, h_max, segments=()):
@@ -148,8 +152,10 @@ def fill_span(image, t0, tf, h, h_max, segments=()):
 
 def fill_tolerances(image, plan, problem):
     """Fill the tolerances of the image."""
-    p, n = problem, plan.n
-    numbers, work = image.view(float), plan.arrays["solve.work"][0]
+    p = problem
+    n = plan.n
+    numbers = image.view(float)
+    work = plan.arrays["solve.work"][0]
     numbers[work + RTOL * n : work + (RTOL + 1) * n] = p.rtol
     fill_atol(image, plan, p.atol)
 
@@ -162,7 +168,10 @@ def fill_atol(image, plan, atol):
 
 def shape_of(problem, pair, n_points=None):
     """The key of the layout of a problem's memory; `n_points` if each step is stored."""
-    p, n, m, k = problem, len(problem.y0), len(problem.events or ()), len(problem.schedules)
+    p = problem
+    n = len(problem.y0)
+    m = len(problem.events or ())
+    k = len(problem.schedules)
     room = output.first_piece(n)
     n_points = (n_points or room) if p.t_eval is None else len(p.t_eval)
     rows = 1 + (order_for(p.rtol, p.atol, p.y0) if p.method.series else p.method.n_dense)

@@ -115,7 +115,8 @@ class Checkpoint:
         try:
             with zipfile.ZipFile(io.BytesIO(data)) as file:
                 arrays = {name.removesuffix(".npy"): _array(file, name) for name in file.namelist()}
-            header, digest = json.loads(str(arrays.pop("header"))), str(arrays.pop("digest"))
+            header = json.loads(str(arrays.pop("header")))
+            digest = str(arrays.pop("digest"))
             if isinstance(header, dict):
                 return header, arrays, digest
         except Exception:  # damaged bytes raise any exception in three parsers

@@ -91,7 +91,9 @@ class PiecewisePolynomial(OdeSolution):
     """
 
     def __init__(self, ts, polynomials, spans, floors=None):
-        self.polynomials, self.spans, self.floors = polynomials, spans, floors
+        self.polynomials = polynomials
+        self.spans = spans
+        self.floors = floors
         self._lay_out(ts, False)
 
     def _values(self, times, segments):
@@ -110,9 +112,11 @@ class PiecewisePolynomial(OdeSolution):
         start, length = self.spans[segments].T
         x = ((times - start) / length)[:, None]
         d = self.polynomials[segments]
-        total, slope = np.zeros_like(d[:, 0]), np.zeros_like(d[:, 0])
+        total = np.zeros_like(d[:, 0])
+        slope = np.zeros_like(d[:, 0])
         for j in range(d.shape[1] - 1, 0, -1):
-            total, way = d[:, j] + total, 1.0 if (j - 1) % 2 == 0 else -1.0
+            total = d[:, j] + total
+            way = 1.0 if (j - 1) % 2 == 0 else -1.0
             factor = x if way > 0 else 1 - x
             slope = slope * factor + way * total
             total = total * factor

@@ -23,7 +23,8 @@ def memory_of_machine():
 
 def check_full_matrices(method, band, n, rows):
     """Raise MemoryError if matrices of n columns and `rows` rows exceed the memory."""
-    wanted, there = 8 * n * method.rows(rows), memory_of_machine()
+    wanted = 8 * n * method.rows(rows)
+    there = memory_of_machine()
     if wanted > SHARE * there:
         how = (
             "give solve_ivp `lband` and `uband`" if method.name == LSODA

@@ -74,8 +74,10 @@ class LaidOut(PythonBetween):
     """
 
     def __init__(self, problem, bound, others=(), n_extra=0):
-        self.bounds, self._own = [*bound.pair, bound, *others], bound
-        self._others, self._n_extra = others, n_extra
+        self.bounds = [*bound.pair, bound, *others]
+        self._own = bound
+        self._others = others
+        self._n_extra = n_extra
         last = len(others) - (problem.jac is not None)
         self._matrices = matrices_of(problem, bound, jacobian_of(problem, bound, others))
         self.mass = mass_of(problem, bound)
@@ -90,7 +92,8 @@ class LaidOut(PythonBetween):
         self._asked = self._tolerances = self._rules = None
         plan = self._plan(problem)
         self._image = np.zeros(plan.head, np.int64)
-        self._advance, self._n_steps = plan.at["kernels.advance"], plan.at["n_steps"]
+        self._advance = plan.at["kernels.advance"]
+        self._n_steps = plan.at["n_steps"]
         self._lay_out(plan)
         called = *(b.callback for b in self.bounds), self._matrices.solver
         self._callbacks = [c for c in called if c is not None]
@@ -107,7 +110,9 @@ class LaidOut(PythonBetween):
 
     def _lay_out(self, plan):
         """Write the arguments in words, for a memory of this plan."""
-        self.plan, self._words, self._used = plan, plan.words[:], {}
+        self.plan = plan
+        self._words = plan.words[:]
+        self._used = {}
         self._lay("solve.block", self._own.block)
         if self._projection is not None:
             self._words[plan.at["kernels.project"]] = address_of(self._projection.block)
@@ -166,7 +171,8 @@ class LaidOut(PythonBetween):
 
     def lay_segments(self, segments):
         """Give the kernel the segments of the span, or the changes that steps may jump over."""
-        switching, watch = self.switching, watch_of(self.problem)
+        switching = self.switching
+        watch = watch_of(self.problem)
         if len(segments):
             watch = watch_kernel()
         if len(segments) or switching is not None:  # which may have had segments before
@@ -225,7 +231,8 @@ class LaidOut(PythonBetween):
         """
         self.make_room()
         self.take_snapshots(snapshots)
-        plan, words = self.plan, self._words
+        plan = self.plan
+        words = self._words
         own = self._new_memory()
         launch = self._launch
         launch[MEMORY], launch[Y0] = address_of(own), address_of(y0)
@@ -244,7 +251,8 @@ class LaidOut(PythonBetween):
     def step(self, n_steps=1):
         """Go on for at most `n_steps` steps; the status."""
         words = self._words
-        words[FRESH], words[self._n_steps] = 0, n_steps
+        words[FRESH] = 0
+        words[self._n_steps] = n_steps
         words[self._advance] = self.tier.address
         return self._interruptible(self.plan.kernel, words)
 
@@ -279,7 +287,8 @@ class LaidOut(PythonBetween):
 
     def interpolant(self):
         """The polynomial of the last step, shape (rows, n), and the start and end of the step."""
-        plan, p = self.plan, self.problem
+        plan = self.plan
+        p = self.problem
         d = np.empty(plan.arrays["output.d"][3][1:])
         dense_rows = self._words[plan.at["kernels.dense_rows"]]
         kernels = Kernels(0, dense_rows, p.method.fsal_stage, 0, 0, 0.0, 0, 0, 0, 0)
@@ -294,11 +303,13 @@ class LaidOut(PythonBetween):
 
         Both Runs have the block of the equations, which names the matrices of one Run at a time.
         """
-        p, block = self.problem, self._own.block
+        p = self.problem
+        block = self._own.block
         if self._callbacks or p.callback is not None:
             yield None
             return
-        p, named = p._replace(t_eval=np.array([p.tf]), dense_output=False), block.copy()
+        p = p._replace(t_eval=np.array([p.tf]), dense_output=False)
+        named = block.copy()
         try:
             yield type(self)(p, self._own, self._others)
         finally:

@@ -29,14 +29,20 @@ GOES_ON = (RUNNING, FULL)
 # steps so far: by steps and not by chunks, so that the clock decides nothing.  A run that cannot
 # go on has then lost a third of its time at most; a look by "auto" takes up to 1 ms, and a run of
 # 10^6 steps is looked at 16 times.
-FIRST_LOOK, LATER = 2000, 0.5
+FIRST_LOOK = 2000
+LATER = 0.5
 # A run by series stands if the mean step between two looks is shorter than STANDS times the longest
 # mean step before, and the end is more than MOST_AHEAD such steps away.  MANY_AHEAD takes the place
 # of MOST_AHEAD if another method may follow, or if one of SLIDING steps is a step at a jump.
-STANDS, FEWEST, MANY_AHEAD, MOST_AHEAD, SLIDING = 1e-3, 1000, 1e6, 1e8, 4
+STANDS = 1e-3
+FEWEST = 1000
+MANY_AHEAD = 1e6
+MOST_AHEAD = 1e8
+SLIDING = 4
 # A run slides along a jump if NOWHERE steps advance so little that FOR_EVER steps of their mean
 # length would cover neither the way to the end nor the way from the start.
-NOWHERE, FOR_EVER = 10_000, 1e11
+NOWHERE = 10_000
+FOR_EVER = 1e11
 
 
 def counters(state):
@@ -87,14 +93,19 @@ class Progress:
     """
 
     def __init__(self, problem, t, n_steps, n_at_jumps=0, most=MOST_AHEAD):
-        self._t0, self._tf, self._series = problem.t0, problem.tf, problem.method.series
-        self._longest, self._most = abs(t - problem.t0) / max(n_steps, 1), most
-        self._last, self._mark = (t, n_steps, n_at_jumps), (t, n_steps)
+        self._t0 = problem.t0
+        self._tf = problem.tf
+        self._series = problem.method.series
+        self._longest = abs(t - problem.t0) / max(n_steps, 1)
+        self._most = most
+        self._last = (t, n_steps, n_at_jumps)
+        self._mark = (t, n_steps)
 
     def stands(self, t, n_steps, n_at_jumps=0):
         """True if the steps since the last call are so short that the end is out of reach."""
         before, taken, at_jumps = self._last
-        taken, at_jumps = n_steps - taken, n_at_jumps - at_jumps
+        taken = n_steps - taken
+        at_jumps = n_at_jumps - at_jumps
         self._last = t, n_steps, n_at_jumps
         if self._series:
             step = abs(t - before) / max(taken, 1)
@@ -103,7 +114,8 @@ class Progress:
                 if abs(self._tf - t) > ahead * step:
                     return True
             self._longest = max(self._longest, step)
-        before, taken = self._mark[0], n_steps - self._mark[1]
+        before = self._mark[0]
+        taken = n_steps - self._mark[1]
         if taken < NOWHERE:
             return False
         self._mark = t, n_steps
@@ -157,7 +169,8 @@ class Run(LaidOut):
             self.switching.begin(y0)
         try:
             if begun is None:
-                first, began = self.n_first(), perf_counter()
+                first = self.n_first()
+                began = perf_counter()
                 status = self.begin(y0, first, self.compared.places())
                 spent = perf_counter() - began
             else:
@@ -216,7 +229,8 @@ class Run(LaidOut):
 
     def _go_on(self, status, n_steps, spent):
         """Take chunks up to the end, after a first chunk of `n_steps`; the status."""
-        p, tier = self.problem, self.tier
+        p = self.problem
+        tier = self.tier
         chunk = max(1, int(CHUNK_SECONDS / (spent * self.evaluations)))
         if n_steps:
             tier.record_time(spent)
@@ -229,7 +243,8 @@ class Run(LaidOut):
         if file is not None and (saved := file.load()) is not None:
             status = from_arrays(saved, self)
             self.lay_output()
-        state, bar = self.view("solve.state"), progress_bar(p) if p.progress else None
+        state = self.view("solve.state")
+        bar = progress_bar(p) if p.progress else None
         progress = Progress(p, p.t0, 0, most=MANY_AHEAD if self.may_follow else MOST_AHEAD)
         done = int(state["n_accepted"][0])
         look = next_look(done - 1)
@@ -255,7 +270,8 @@ class Run(LaidOut):
                 status = self.step(n_steps)
                 spent = perf_counter() - began
                 tier.record_time(spent)
-                before, done = done, int(state["n_accepted"][0])
+                before = done
+                done = int(state["n_accepted"][0])
                 if status == RUNNING:
                     chunk = next_chunk(n_steps, spent)
                     tier.promote()

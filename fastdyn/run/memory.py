@@ -21,7 +21,8 @@ from fastdyn.specialise.scalar import (
     whole_solve_kernel,
 )
 
-FLOAT, INT = np.dtype("f8"), np.dtype("i8")
+FLOAT = np.dtype("f8")
+INT = np.dtype("i8")
 
 
 def scratch_shape(method, n_events, rows, n):
@@ -71,7 +72,9 @@ class Plan:
         self, name, pair, n, n_events, n_schedules, n_points, polynomials, n_occurrences,
         matrix_rows,
     ):  # fmt: skip
-        method, self.n, self.room = BY_NAME[name], n, n_points
+        method = BY_NAME[name]
+        self.n = n
+        self.room = n_points
         meant_for(name.removesuffix(ON_PAIRS))
         self.n_events = n_events + n_schedules
         self.at_once = n_events * method.events_at_once + n_schedules
@@ -116,7 +119,9 @@ class Plan:
         self.words[self.at["kernels.order"]] = order
 
     def _lay_out(self, shapes):
-        self.arrays, places, self.size = {}, [], 0
+        self.arrays = {}
+        places = []
+        self.size = 0
         for name, (dtype, shape) in shapes.items():
             end = self.size + int(np.prod(shape)) * dtype.itemsize // 8
             self.arrays[name] = self.size, end, dtype, shape
@@ -139,12 +144,14 @@ class Plan:
         unpack = self._counts.get(names)
         if unpack is None:
             begin = 8 * self.arrays["output.record"][0]
-            form, at = "=", 0
+            form = "="
+            at = 0
             for name in names:
                 place = (
                     STATE.fields[name][1] if name in STATE.names else begin + OUTPUT.fields[name][1]
                 )
-                form, at = f"{form}{place - at}xq", place + 8
+                form = f"{form}{place - at}xq"
+                at = place + 8
             unpack = self._counts[names] = struct.Struct(form).unpack_from
         return unpack
 

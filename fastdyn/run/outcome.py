@@ -74,7 +74,8 @@ OF_JUMPS = (
     "`breakpoints=`. If the equations switch to and fro about a limit there, give an event that "
     "resets the state, or hysteresis."
 )
-FLOAT, EMPTY = np.dtype(float), np.empty(0)
+FLOAT = np.dtype(float)
+EMPTY = np.empty(0)
 # Fields that `results` writes without their formulas, which take 0.1 us each.
 WRITTEN_OUT = {"nfev", "njev", "nlu", "n_accepted", "n_rejected"}
 MOST_COPIES = 64  # numbers of points whose slices are kept, of some 500 bytes each
@@ -173,9 +174,11 @@ def n_factorised(memory):
 def result_of(problem, status, run):
     """The OdeResult of a problem whose Run ended with this status."""
     if status == FINISHED:
-        code, message = 0, SUCCESS
+        code = 0
+        message = SUCCESS
     else:
-        state, work = run.view("solve.state"), run.view("solve.work")
+        state = run.view("solve.state")
+        work = run.view("solve.work")
         code, message = outcome(status, state, work, problem, run.bounds[0])
         if status == STEP_TOO_SMALL:
             message += of_failure(problem, run)
@@ -189,12 +192,16 @@ def results(problem, plan, own=None):
     Output.  Arrays of the result are parts of the memory, or copies if most of the memory was not
     used, or if all solves have one memory, `own`.
     """
-    n, n_stages, has_matrices = plan.n, problem.method.n_stages, problem.method.n_matrices > 0
+    n = plan.n
+    n_stages = problem.method.n_stages
+    has_matrices = problem.method.n_matrices > 0
     more = _more(problem, plan)
-    (t_begin, *_, (room,)), y_begin = plan.arrays["output.t"], plan.arrays["output.y"][0]
+    t_begin, *_, (room,) = plan.arrays["output.t"]
+    y_begin = plan.arrays["output.y"][0]
     points = "i_eval" if problem.t_eval is not None else "n_out"
     counts = plan.counts("n_accepted", "n_rejected", "n_extra", points)
-    copies, words = None, None
+    copies = None
+    words = None
     if own is not None:
         copies, words = _Copies(plan, own), memoryview(own)
     others = any(field.name not in WRITTEN_OUT for field in COUNTS)
@@ -212,15 +219,18 @@ def results(problem, plan, own=None):
             t, y = grown.points()
             y = y.T
         else:
-            t, y = memory[t_begin : t_begin + k], memory[y_begin : y_begin + k * n]
+            t = memory[t_begin : t_begin + k]
+            y = memory[y_begin : y_begin + k * n]
             if 2 * k < room:
-                t, y = t.copy(), y.copy()
+                t = t.copy()
+                y = y.copy()
             y = y.reshape(k, n).T
         found = OdeResult(empty)
         if more is not None:
             t, y = more(found, memory, grown, t, y)
         if not k and points == "i_eval":  # as in SciPy
-            t, y = [], []
+            t = []
+            y = []
         found["t"] = t
         found["y"] = y
         found["nfev"] = n_extra + n_stages * (n_accepted + n_rejected)
@@ -261,17 +271,23 @@ def _more(problem, plan):
 
     The function returns t and y.  None if they need no more, and there is nothing to fill.
     """
-    p, n, view, dtype = problem, plan.n, plan.view, None
+    p = problem
+    n = plan.n
+    view = plan.view
+    dtype = None
     if p.t_eval is not None:
         dtype = p.t_eval.dtype
     usual = (dtype is None or dtype == FLOAT) and not p.mode.complex_numbers
     if usual and p.events is None and not p.dense_output and p.nonnegative is None:
         return None
-    d_begin, spans_begin = plan.arrays["output.d"][0], plan.arrays["output.spans"][0]
+    d_begin = plan.arrays["output.d"][0]
+    spans_begin = plan.arrays["output.spans"][0]
     rows, every = plan.arrays["output.d"][3][1], range(plan.n_events)
     counts = plan.counts("n_dense", "n_events")
 
-    is_complex, dense, watched = p.mode.complex_numbers, p.dense_output, p.events is not None
+    is_complex = p.mode.complex_numbers
+    dense = p.dense_output
+    watched = p.events is not None
     cut = p.nonnegative is not None
 
     def more(found, memory, grown, t, y):
@@ -325,7 +341,8 @@ def _solution(problem, t, polynomials, spans):
 
 def occurrences_of(problem, index, t, y):
     """The fields t_events and y_events, from the occurrences of events: index, time, state."""
-    p, n = problem, len(problem.events)
+    p = problem
+    n = len(problem.events)
     if p.nonnegative is not None:
         y = np.where(p.nonnegative & (y < 0.0), 0.0, y)
     t, y = (
@@ -344,7 +361,8 @@ def after_action(status, s, problem, t):
 def _action(s, problem):
     """The function of `on_event` that was called last, in words."""
     p = problem
-    found, place = p.events or (), int(s["acted"])
+    found = p.events or ()
+    place = int(s["acted"])
     n = len(found)
     if place >= n:
         return f"`on_event` of event {p.schedules[place - n].place}, a schedule,"

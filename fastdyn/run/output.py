@@ -25,8 +25,10 @@ def _record(words, dtype):
     return lambda *fields: np.frombuffer(bytearray(words.pack(*fields)), dtype)
 
 
-STATE_WORDS, OUTPUT_WORDS = _words(STATE), _words(OUTPUT)
-STATE_RECORD, OUTPUT_RECORD = _record(STATE_WORDS, STATE), _record(OUTPUT_WORDS, OUTPUT)
+STATE_WORDS = _words(STATE)
+OUTPUT_WORDS = _words(OUTPUT)
+STATE_RECORD = _record(STATE_WORDS, STATE)
+OUTPUT_RECORD = _record(OUTPUT_WORDS, OUTPUT)
 
 
 def first_piece(numbers):
@@ -58,12 +60,15 @@ class Output:
         self.record: Any = view("output.record")
         self.every_step = bool(self.record["every_step"][0])
         self.dense = bool(self.record["dense"][0])
-        self._points, self._dense, self._events = [], [], []
+        self._points = []
+        self._dense = []
+        self._events = []
         self.t, self.y = view("output.t"), view("output.y")
         self.d, self.spans = view("output.d"), view("output.spans")
         self._n_places, self._n_polynomials, self._rows = len(self.t), *self.d.shape[:2]
         self.e_index, self.e_t = view("events.index"), view("events.t")
-        self.e_y, self._at_once = view("events.y"), plan.at_once
+        self.e_y = view("events.y")
+        self._at_once = plan.at_once
         self._n_occurrences = len(self.e_t) - plan.at_once
 
     def arrays(self):
@@ -137,15 +142,18 @@ class Output:
         self.record[:] = arrays["record"]
         o = self.record[0]
         if self.every_step:
-            self._points, o["n_out"] = [(arrays["t"], arrays["y"])], 0
+            self._points = [(arrays["t"], arrays["y"])]
+            o["n_out"] = 0
         else:
             n = len(arrays["t"])
             self.t[:n], self.y[:n] = arrays["t"], arrays["y"]
         if self.dense:
-            self._dense, o["n_dense"] = [(arrays["polynomials"], arrays["spans"])], 0
+            self._dense = [(arrays["polynomials"], arrays["spans"])]
+            o["n_dense"] = 0
         if self._m:
             found = tuple(arrays[name] for name in ("e_index", "e_t", "e_y"))
-            self._events, o["n_events"] = [found], 0
+            self._events = [found]
+            o["n_events"] = 0
 
 
 def occurrences(index, t, y, n_events):

@@ -89,7 +89,8 @@ def least_in_python(problem):
 
 def load_kernels(problem):
     """Load or compile the kernels of a solve."""
-    p, pair = problem, isinstance(problem.fun, Pair)
+    p = problem
+    pair = isinstance(problem.fun, Pair)
     plan(*shape_of(p, pair), len(p.y0))
     shared_kernel(p.method.name, pair)
     watch_of(p)
@@ -101,7 +102,8 @@ def _between_steps(problem):
     A function that writes to the state changes the state at the end of a step, not within the step.
     Implicit methods evaluate the function at many trial states of a step.
     """
-    p, name = problem, problem.method.name.removesuffix(ON_PAIRS)
+    p = problem
+    name = problem.method.name.removesuffix(ON_PAIRS)
     asked = p.dense_output or p.events or p.schedules or p.t_eval is not None or name in IMPLICIT
     return bool(asked) and name in SHARED_METHODS
 

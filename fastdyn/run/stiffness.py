@@ -71,7 +71,8 @@ class Sliding(Exception):
 
 def watch(problem, run):
     """Examine a run that may be given up at its looks; else, whether a series slides."""
-    run.may_follow, run.at_looks = bool(problem.reaction.gives_up), None
+    run.may_follow = bool(problem.reaction.gives_up)
+    run.at_looks = None
     if run.may_follow:
         run.at_looks = lambda: _give_up(problem, run)
     elif problem.method.series:
@@ -90,8 +91,10 @@ def _give_up(problem, run):
 
 def switches_of(run):
     """The time and the state of a run, its Switched, and the switches along which it slides."""
-    (state,), y = run.view("solve.state"), run.view("solve.work")[Y].copy()
-    t, of = float(state["t"]), switched(run.bounds[0])
+    (state,) = run.view("solve.state")
+    y = run.view("solve.work")[Y].copy()
+    t = float(state["t"])
+    of = switched(run.bounds[0])
     if of is None or not np.isfinite(y).all():
         return t, y, None, []
     return t, y, of, of.slides(t, y, _last_length(state))
@@ -153,7 +156,8 @@ def of_failure(problem, run):
     if not problem.method.stable_to or bound.function is None or bound.pair or n_steps < FEWEST:
         return ""
     times, states = states_of(run, LOOKED_AT)  # first the end, where the run was lost already
-    times, states = times[2:-1], states[2:-1]
+    times = times[2:-1]
+    states = states[2:-1]
     mean = abs(float(run.view("solve.state")["t"][0]) - problem.t0) / n_steps
     found = []
     for t, y in zip(times, states, strict=True):
@@ -177,10 +181,12 @@ def _held_back(problem, run, undamped=False):
     With `undamped`, undamped oscillations count, too: an undamped oscillation above the tolerance
     would have shortened the steps for accuracy.
     """
-    n_steps, bound = counters(run.memory)[0], run.bounds[0]
+    n_steps = counters(run.memory)[0]
+    bound = run.bounds[0]
     if n_steps < MANY or bound.pair:
         return None
-    state, work = run.view("solve.state")[0], run.view("solve.work")
+    state = run.view("solve.state")[0]
+    work = run.view("solve.work")
     t, whole, h = float(state["t"]), work[Y].copy(), _last_length(state)
     n = problem.fun.n if problem.mode.sensitivities else len(whole)  # S has the same eigenvalues
     return _verdict(
@@ -230,7 +236,8 @@ def _said(value):
 
 def _limit(problem, value, undamped):
     """The stability limit in the direction of an eigenvalue; None if not known."""
-    series, name = problem.method.series, problem.method.name.removesuffix(ON_PAIRS)
+    series = problem.method.series
+    name = problem.method.name.removesuffix(ON_PAIRS)
     if value.real > -DAMPED * abs(value):
         if not undamped or value.real > DAMPED * abs(value):
             return None
@@ -247,18 +254,22 @@ def _largest_eigenvalue(slope, y):
     The method needs products with the Jacobian only, by differences of the derivative.  Two
     iterations detect a complex pair: J^2 v = p J v + q v.
     """
-    f, step = slope(y), SIZE * max(np.abs(y).max(), SIZE)
+    f = slope(y)
+    step = SIZE * max(np.abs(y).max(), SIZE)
     v = np.random.default_rng(0).standard_normal(len(y))
-    vectors, sizes = [v / np.linalg.norm(v)], []
+    vectors = [v / np.linalg.norm(v)]
+    sizes = []
     for _ in range(ITERATIONS):
         change = (slope(y + step * vectors[-1]) - f) / step
         size = np.linalg.norm(change)
         if not 0.0 < size < np.inf:
             return 0j
-        sizes, vectors = [*sizes[-1:], size], [*vectors[-2:], change / size]
+        sizes = [*sizes[-1:], size]
+        vectors = [*vectors[-2:], change / size]
     along = float(vectors[1] @ vectors[2])
     if abs(along) > 1.0 - ALIKE:  # of one real eigenvalue, two would differ by noise alone
         return complex(along * sizes[1])
     (a, b), *_ = np.linalg.lstsq(np.array([vectors[1], vectors[0]]).T, vectors[2], rcond=ALIKE)
-    p, q = a * sizes[1], b * sizes[0] * sizes[1]
+    p = a * sizes[1]
+    q = b * sizes[0] * sizes[1]
     return complex(max(np.roots([1.0, -p, -q]), key=abs))

@@ -81,16 +81,20 @@ def _along_switches(asked, found):
     the solution reaches a point on several switches ever faster, say.
     """
     asked = (_tightened(asked) if _rtol(asked) > LOOSE else None) or asked
-    of_modes, name, n = longer(asked, found.of, found.chosen), _pair(asked), len(asked.y0)
+    of_modes = longer(asked, found.of, found.chosen)
+    name = _pair(asked)
+    n = len(asked.y0)
     if of_modes is None:
         return None
     try:
         whole = solved_by(of_modes.reacting(gives_up="slides"), name)
     except Stiff:
-        name, whole = "Radau", _to_the_end(of_modes)
+        name = "Radau"
+        whole = _to_the_end(of_modes)
     if whole.status == -1 or slid_away(asked, found.of, found.chosen, whole.t, whole.y):
         return None
-    result, own = parted(whole, n), len(event_list(asked.events) or ())
+    result = parted(whole, n)
+    own = len(event_list(asked.events) or ())
     for field in ("discrete", "discrete_events"):
         del result[field]
     if asked.t_eval is None:  # the time of a change of modes is there twice, with one state
@@ -128,7 +132,8 @@ def _by_others(asked, reason, *names):
 
 def _explicit(asked):
     """Solve by Taylor or by a pair."""
-    rtol, name = _rtol(asked), _pair(asked)
+    rtol = _rtol(asked)
+    name = _pair(asked)
     if asked.adjoint is not None:
         return _named(solved_by(asked, name), name, "`adjoint` goes back over the steps of a pair.")
     if rtol > LOOSE:
@@ -195,5 +200,6 @@ def _pair(asked):
 
 
 def _named(result, method, reason):
-    result.method, result.reason = method, reason
+    result.method = method
+    result.reason = reason
     return result

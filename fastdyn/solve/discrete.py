@@ -16,7 +16,10 @@ class PreparedWithDiscrete:
     """
 
     def __init__(self, solver, start, n, again):
-        self._solver, self._start, self._n, self._given = solver, start, n, again
+        self._solver = solver
+        self._start = start
+        self._n = n
+        self._given = again
         self._m = len(start) - n
 
     def __repr__(self):
@@ -37,7 +40,8 @@ class PreparedWithDiscrete:
         at = args, t_span, t_eval
         if y0 is None and discrete is None:
             return parted(self._solver(None, *at), self._n)
-        y, d = self._start[: self._n], self._start[self._n :]
+        y = self._start[: self._n]
+        d = self._start[self._n :]
         parts = [y if y0 is None else _part("y0", y0, self._n)]
         parts += [d if discrete is None else _part("discrete", discrete, self._m)]
         return parted(self._solver(np.concatenate(parts), *at), self._n)
@@ -57,7 +61,8 @@ class PreparedWithDiscrete:
         OdeResult
             Also with `discrete`, of shape (k, m), or (k, m, n_times) with `t_eval`.
         """
-        n, whole = self._n, self._start
+        n = self._n
+        whole = self._start
         y0s = whole[:n] if y0s is None else y0s
         rows = of_longer.joined_rows(y0s, whole[n:] if discrete is None else discrete, n, self._m)
         result = OdeResult(self._solver.many(rows, args))
@@ -77,7 +82,8 @@ def with_discrete_phases(phases, asked):
     """The phases and the Arguments of the longer state, and the length n of its first part."""
     y0 = asked.y0
     d0 = of_longer.discrete_states(asked.discrete, y0, asked.options)
-    n, m = len(y0), len(d0)
+    n = len(y0)
+    m = len(d0)
     longer = {}
     for name, phase in phases.items():
         options = {"method": asked.method, **asked.options, **phase.options}
@@ -111,7 +117,9 @@ def _after(name, after, n, m):
 
 def parted(whole, n):
     """The result with the first n components as the state, the others as discrete states."""
-    result, sol, at_events = OdeResult(whole), whole.sol, whole.y_events
+    result = OdeResult(whole)
+    sol = whole.sol
+    at_events = whole.y_events
     reached = len(whole.t) > 0  # without points, fields are lists
     result.y = whole.y[:n] if reached else whole.y
     result.discrete = whole.y[n:] if reached else whole.y
@@ -160,7 +168,8 @@ class VjpOfParts:
         """
         from .adjoint.events import checked  # imports Numba
 
-        n, whole = self._n, None
+        n = self._n
+        whole = None
         if len(self._shape) < 2:  # a solve that failed at the start
             return self._vjp(g)
         (size, k) = self._shape

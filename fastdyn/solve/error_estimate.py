@@ -55,6 +55,7 @@ def _tightened(method, options):
             f"`rtol` of at least {LEAST_RTOL}; got {rtol.min()}."
         )
     least = 100 * np.finfo(float).eps
-    rtol, atol = np.maximum(rtol / TIGHTER, least), atol / TIGHTER
+    rtol = np.maximum(rtol / TIGHTER, least)
+    atol = atol / TIGHTER
     options["rtol"], options["atol"] = (x[()] if x.ndim == 0 else x for x in (rtol, atol))
     return 1.0

@@ -138,7 +138,8 @@ def solve_separable(
         raise ValueError(
             f"`method={method!r}` is SciPy's; solve_separable needs a compiled method."
         )
-    y0, pair = validate.joined_state(q0, p0, "p0"), pair_of((velocity, force))
+    y0 = validate.joined_state(q0, p0, "p0")
+    pair = pair_of((velocity, force))
     check_pair(len(y0), ours)
     t0, tf = validate.time_span(t_span)
     asked = Arguments(

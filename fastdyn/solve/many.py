@@ -16,7 +16,10 @@ INTERRUPTED = -2  # SciPy's status
 
 def one_by_one(solver, problem, members):
     """The result of many solves, by a loop over calls; an interrupted solve is the last."""
-    m, n, times, done = members.count, members.n, problem.t_eval, []
+    m = members.count
+    n = members.n
+    times = problem.t_eval
+    done = []
     for i in range(m):
         done.append(solver(members.state(i), members.args(i)))
         if done[-1].status == INTERRUPTED:
@@ -28,11 +31,13 @@ def one_by_one(solver, problem, members):
     status = np.full(m, INTERRUPTED)
     status[:k] = [one.status for one in done]
     if times is None:
-        t, y = np.full(m, math.nan), np.full((m, n), math.nan)
+        t = np.full(m, math.nan)
+        y = np.full((m, n), math.nan)
         t[:k] = [one.t[-1] for one in done]
         y[:k] = np.reshape([one.y[:, -1] for one in done], (k, n))
     else:
-        t, y = times.copy(), np.full((m, n, len(times)), math.nan)
+        t = times.copy()
+        y = np.full((m, n, len(times)), math.nan)
         for row, one in zip(y, done, strict=False):
             row[:, : len(one.t)] = np.reshape(one.y, (n, len(one.t)))
     return OdeResult(t=t, y=y, status=status, success=status >= 0, **numbers)
@@ -48,7 +53,8 @@ def as_ensemble(solver, asked, members):
 
     The exception of the first solve that raises one is raised.
     """
-    a, count = asked, members.count
+    a = asked
+    count = members.count
     options = {name: value for name, value in a.options.items() if name != "compile"}
     states = np.broadcast_to(members.y0, (count, members.n))
     done = solve_ensemble(

@@ -105,14 +105,22 @@ def solve_phases(
 
 def _solved(phases, first, asked, max_phases):
     """The OdeResult of phases, whose common Arguments have no function."""
-    name, t, tf, y, events = first, asked.t0, asked.tf, asked.y0, asked.events
+    name = first
+    t = asked.t0
+    tf = asked.tf
+    y = asked.y0
+    events = asked.events
     t_eval = output_times(asked.t_eval, t, tf)
     options = dict(asked.options)
-    seen, last = [0] * len(events), [math.nan] * len(events)
+    seen = [0] * len(events)
+    last = [math.nan] * len(events)
     steps_left = options.pop("max_steps", None)
     direction = 1.0 if tf >= t else -1.0
-    segments, log, jumps = [], [], [False]
-    status, message = -1, f"`max_phases={max_phases}` was reached"
+    segments = []
+    log = []
+    jumps = [False]
+    status = -1
+    message = f"`max_phases={max_phases}` was reached"
     while len(segments) < max_phases:
         if not isinstance(name, Hashable) or name not in phases:
             known = ", ".join(map(repr, phases))
@@ -170,7 +178,8 @@ def _next(phase, t, y, args):
     state: Any = None
     if isinstance(found, tuple | list) and len(found) == 2:
         with contextlib.suppress(TypeError, ValueError):
-            name, state = found[0], np.array(found[1], dtype=float)
+            name = found[0]
+            state = np.array(found[1], dtype=float)
     if np.shape(state) != y.shape:
         raise ValueError(
             f"`after` must return (name, y), the next phase and {len(y)} numbers; got "
@@ -207,9 +216,11 @@ def _gone_on(event, n, last):
 
 
 def _joined(segments, log, status, message, keep_start, n_events):
-    t, y = [], []
+    t = []
+    y = []
     for segment, keep in zip(segments, keep_start, strict=False):
-        n_times, states = len(segment.t), np.empty((0, 0))
+        n_times = len(segment.t)
+        states = np.empty((0, 0))
         if n_times:
             states = np.asarray(segment.y, float).reshape(-1, n_times)
         t.append(np.asarray(segment.t, float)[0 if keep else 1 :])

@@ -126,9 +126,14 @@ class Prepared:
     _moves = False  # whether a solve had another span or other times
 
     def __init__(self, problem, given, asked, method):
-        self._problem, self._shape, self._given = problem, problem.y0.shape, given
-        self._asked, self._method, self._span = asked, method, (problem.t0, problem.tf)
-        self._fun, self._args = problem.fun, problem.args
+        self._problem = problem
+        self._shape = problem.y0.shape
+        self._given = given
+        self._asked = asked
+        self._method = method
+        self._span = (problem.t0, problem.tf)
+        self._fun = problem.fun
+        self._args = problem.args
         self._others = [function for function, _ in between_steps(problem)]
         self._sensitivity = asked.sensitivity
         # without `t_eval`, a solve with `adjoint` keeps all steps, and is not one of a ready run
@@ -191,10 +196,12 @@ class Prepared:
 
     def _elsewhere(self, y0, args, t_span, t_eval):
         """Solve with another span or other times, or with the first ones again."""
-        p, result = self._problem, None
+        p = self._problem
+        result = None
         if self._repeats and (t_eval is None or p.t_eval is not None):
             self._moves = True
-            times, span = p.t_eval if t_eval is None else t_eval, t_span
+            times = p.t_eval if t_eval is None else t_eval
+            span = t_span
             if t_span is None:
                 span = self._span
             result = self._solver.solve(self._fun, y0, args, self._others, span, times)
@@ -241,7 +248,8 @@ class Prepared:
 
     def _solved(self, y0, args):
         """Solve the long way; a state in an unusual form needs no long way."""
-        p, y0 = self._problem, self._checked(y0)
+        p = self._problem
+        y0 = self._checked(y0)
         result = self._solver.solve(self._fun, y0, args, self._others)
         if result is None:
             problem = p._replace(y0=y0, args=args)
@@ -303,7 +311,8 @@ class _Solver(Solver):
 
     def __init__(self, problem, options):
         super().__init__()
-        self.problem, self._options = problem, options
+        self.problem = problem
+        self._options = options
 
     def ready(self, problem):
         run = run_of(problem)

@@ -139,7 +139,8 @@ def _code(fun):
 
 def may_come_again(problem, options):
     """Whether a ready run takes other spans and times of a problem with these options."""
-    p, times = problem, problem.t_eval
+    p = problem
+    times = problem.t_eval
     known = [OPTIONS[name] for name in options if name in OPTIONS]
     if len(known) < len(options) or not math.isfinite(p.tf):
         return False
@@ -280,9 +281,11 @@ class WithSensitivities(Repeated):
         found = directions_of(self._sensitivity, p.fun, p.y0, p.args)
         self._directions = [d._replace(value=np.zeros(d.value.shape)) for d in found]
         self.problem, longer = stripped(p), with_sensitivities(p, found)
-        check, self._m = None, sum([d.size for d in found])
+        check = None
+        self._m = sum([d.size for d in found])
         if p.method.error_order:
-            check, self._tolerances = self._take_sizes, Tolerances(p, self._m)
+            check = self._take_sizes
+            self._tolerances = Tolerances(p, self._m)
         return self._ready(longer, run_of, stripped(longer), check)
 
     def present(self, ready, fun, args, others):
@@ -312,7 +315,8 @@ class WithSensitivities(Repeated):
 
 def stripped(problem):
     """A problem without the values of one call, which must not be kept; `y0` keeps its size."""
-    p, fun = problem, None
+    p = problem
+    fun = None
     if p.mode.sensitivities:
         fun = p.fun._replace(fun=None)
     return p._replace(

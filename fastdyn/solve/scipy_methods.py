@@ -74,7 +74,8 @@ def by_scipy(asked, method):
     given = asked.given_y0
     numbers = isinstance(given, np.ndarray) and given.dtype.kind in "fiubc"
     given = given.copy() if numbers else y0.tolist()  # SciPy's solver writes to an array
-    callback, stopped = options.get("callback"), []
+    callback = options.get("callback")
+    stopped = []
     for name, _ in refused_among(options, "SciPy") if t0 != tf else ():
         raise ValueError(
             f"`{name}` is for compiled methods and real states; this solve is SciPy's."
@@ -97,7 +98,8 @@ def by_scipy(asked, method):
         near = Near(t0, tf, y0)
         others = [event.function for event in event_list(events) or ()]
         others += [options["jac"]] if callable(options.get("jac")) else []
-        derivative, vectorized = python_callable(fun, args, mode, near, others), False
+        derivative = python_callable(fun, args, mode, near, others)
+        vectorized = False
         state = y0.copy()
         f0 = derivative(t0, state)
         if not np.isfinite(f0).all():
@@ -149,7 +151,8 @@ def begun_again(problem, reason):
     """
     if not getattr(reason, "begun", False):
         return
-    p, n = problem, len(problem.y0)
+    p = problem
+    n = len(problem.y0)
     if any(facts_of(f, p.args, mode, n).effect for f, mode in between_steps(p) if mode.one_number):
         raise ValueError(
             "A function writes to the state that it is given, which only SciPy's solvers can take, "

@@ -72,7 +72,8 @@ def event_sensitivity(event, args, near, directions, at):
     """
     *_, rate, s = at
     if event is None:  # schedules do not move
-        moved, states = np.zeros(s.shape[1:]), s
+        moved = np.zeros(s.shape[1:])
+        states = s
     else:
         positions = tuple([d.position for d in directions])
         moved = time_derivatives(event, args, near, positions, at)
@@ -90,7 +91,10 @@ def _parts(problem):
 
 def at_events(problem, whole, directions):
     """An EventSensitivity for each event and schedule; None for an event without derivatives."""
-    p, n, parts, found = problem, len(problem.y0), _parts(problem), []
+    p = problem
+    n = len(problem.y0)
+    parts = _parts(problem)
+    found = []
     near = Near(p.t0, p.tf, p.y0)
     functions = in_order(
         [event.function for event in p.events or ()], p.schedules, [None] * len(p.schedules)
@@ -99,8 +103,10 @@ def at_events(problem, whole, directions):
     for event, t, z in zip(functions, whole["t_events"], whole["y_events"], strict=True):
         z = z.reshape(len(t), n * (1 + m))
         y, s = separated(z, n // parts, parts)
-        y, s = y.T, np.moveaxis(s, 0, -1)
-        rate, event = np.zeros(y.shape), event if len(t) else None
+        y = y.T
+        s = np.moveaxis(s, 0, -1)
+        rate = np.zeros(y.shape)
+        event = event if len(t) else None
         if event is not None:
             rate[:] = np.transpose([_rate(p, *each) for each in zip(t, y.T, strict=True)])
         found.append(event_sensitivity(event, p.args, near, directions, (t, y, rate, s)))
@@ -139,7 +145,8 @@ def _watched(problem, n):
     p = problem._replace(t_eval=None, dense_output=True)
     run = run_of(p)
     whole = OdeResult(followed(p, run))
-    sol, t_eval = whole.sol, problem.t_eval
+    sol = whole.sol
+    t_eval = problem.t_eval
     if sol is not None:
         t = whole.t  # at the ends of a step of a pulse, the pulse is over
         inside = np.sort(np.r_[t, 0.5 * (t[1:] + t[:-1])])[:: 1 if p.tf > p.t0 else -1]
@@ -160,7 +167,9 @@ def parted(whole, n, directions, parts=1):
 
     The state has `parts` of n components: see `problem.sensitivities.joined`.
     """
-    result, states, k = OdeResult(whole), whole["y"], len(whole["t"])
+    result = OdeResult(whole)
+    states = whole["y"]
+    k = len(whole["t"])
     if k and parts == 1:
         result["y"] = states[:n]
         columns = states[n:].reshape(n, -1, k)
@@ -171,7 +180,8 @@ def parted(whole, n, directions, parts=1):
     else:  # SciPy's empty output is a list
         columns = np.empty((parts * n, sum([d.size for d in directions]), 0))
     result["sensitivity"] = by_name(columns, directions)
-    sol, at_events = whole["sol"], whole["y_events"]
+    sol = whole["sol"]
+    at_events = whole["y_events"]
     if sol is not None:
         result.sol = PiecewisePolynomial(sol.ts, separated(sol.polynomials, n, parts)[0], sol.spans)
     if at_events is not None:

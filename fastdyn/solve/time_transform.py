@@ -38,7 +38,8 @@ def time_transformed(fun: Callable[..., Any], density: Callable[..., Any]) -> Ca
         raise TypeError("`fun` and `density` must be plain Python functions.")
 
     def by_another_clock(s, w, *args):
-        y, t = w[:-1], w[-1]
+        y = w[:-1]
+        t = w[-1]
         return scaled(fun(t, y, *args), density(t, y, *args))
 
     return by_another_clock

@@ -95,7 +95,8 @@ def series_in_lanes(order, width):
 def inlining(name, splits, function, n):
     """The loop of a method with one function inlined, on tuples of n numbers."""
     method = BY_NAME[name].code
-    user, form = function.build(), (0.0,) * n
+    user = function.build()
+    form = (0.0,) * n
     if isinstance(user, tuple):
         velocity, force = (part_inlined(*one) for one in zip(user, (VELOCITY, FORCE), strict=True))
         if splits:

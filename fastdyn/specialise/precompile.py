@@ -20,7 +20,8 @@ def write(level):
     triple, cpu, features = target.processor()
     if (cpu, features) != (level, "") or level not in precompiled.LEVELS.get(triple, ()):
         raise Unsealable(f"Numba is set to {cpu} {features!r} on {triple}, not to {level}")
-    folder, total = precompiled.FOLDER / level, 0
+    folder = precompiled.FOLDER / level
+    total = 0
     folder.mkdir(parents=True, exist_ok=True)
     for file in folder.iterdir():
         file.unlink()
@@ -40,7 +41,8 @@ def write(level):
 
 def main():
     """Write the files of the level in Numba's settings."""
-    began, level = time.perf_counter(), target.processor()[1]
+    began = time.perf_counter()
+    level = target.processor()[1]
     n, total = write(level)
     print(f"{level}: {n} kernels, {total / 1e6:.2f} MB, {time.perf_counter() - began:.0f} s")
 

@@ -30,7 +30,8 @@ MAX_TUPLE = 16
 # FEW_STAGES stages, and of more.  Time of shared over inlined kernels, RK45 and DOP853 on chains
 # and Lorenz-96: with 16 registers (AMD, AVX2) 1.06 / 0.9 at n = 8, 0.7 / 0.6 at 12; with 32 (Intel,
 # AVX-512) 1.15 / 1.0 at 8, 0.95 / 0.75 at 12, 0.8 / 0.73 at 16.
-FEW_STAGES, MOST_INLINED = 7, {16: (8, 7), 32: (10, 7)}
+FEW_STAGES = 7
+MOST_INLINED = {16: (8, 7), 32: (10, 7)}
 LARGE = 400  # operations of a function whose time is that of the solve, in either kernel
 FUNCTION = "fastdyn_function"  # equal to `unlinked.FUNCTION`, whose file imports LLVM
 

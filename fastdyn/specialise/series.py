@@ -12,7 +12,8 @@ from fastdyn.kernels.methods.taylor.accuracy import is_fine, order_for
 # Time of Taylor over Vern9 at rtol 1e-10, AVX-512 (with AVX2 twice as much): a chain of 200
 # components 1.3, of 120 1.1, Lorenz-96 of 100 1.4, 12 bodies 1.8; but 6 bodies 0.85, 60 pendulums,
 # which have sines, 0.75, and 100 waves at 1e-12 1.0.
-FEW, TIGHT = 60, 1e-11
+FEW = 60
+TIGHT = 1e-11
 
 
 class NoSeries(ValueError):
@@ -21,7 +22,8 @@ class NoSeries(ValueError):
 
 def series_kernel(problem, bound, order=None):
     """The code of the kernel; if there is none, NoSeries, with advice on another method."""
-    p, function = problem, bound.function
+    p = problem
+    function = bound.function
     if function is None or function.series is None:
         reason = why(p.fun, p.args, p.mode, len(p.y0))
         if numpy_errors_are_heard():

@@ -14,7 +14,8 @@ from .series import series_kernel
 # Seconds in the shared kernel after which the inlined kernel is compiled: at most half of the time
 # of the compilation.  LLVM takes at least 2 FOR_LLVM, and about 2 FOR_A_NUMBER for each number of
 # each stage; Numba takes seconds.
-FOR_LLVM, FOR_A_NUMBER = 0.05, 0.0012
+FOR_LLVM = 0.05
+FOR_A_NUMBER = 0.0012
 FOR_NUMBA = 1.0
 
 
@@ -41,8 +42,12 @@ class Tier:
     """
 
     def __init__(self, problem, bound, may_inline=True):
-        p, n, name = problem, len(problem.y0), problem.method.name
-        function, self.open, kernel = bound.function, False, None
+        p = problem
+        n = len(problem.y0)
+        name = problem.method.name
+        function = bound.function
+        self.open = False
+        kernel = None
         if p.method.series:
             self._kernel = series_kernel(p, bound)
             self.address = self._kernel.address
@@ -71,7 +76,9 @@ class Tier:
         if spent.job is not None and spent.job.done:
             spent.job, kernel = None, inlined_kernel(*self._of, build=False)
             if kernel is not None:
-                self._kernel, self.address, self.open = kernel, kernel.address, False
+                self._kernel = kernel
+                self.address = kernel.address
+                self.open = False
                 return
         if spent.job is None and spent.seconds > spent.after:
             spent.job = background.idle_job(functools.partial(_make, spent, *self._of))
@@ -90,7 +97,8 @@ class Spent:
     """
 
     def __init__(self, after):
-        self.seconds, self.after = 0.0, after
+        self.seconds = 0.0
+        self.after = after
         self.job: Any = None
 
 
@@ -106,7 +114,8 @@ def _spent(name, function, n):
 
 def _make(spent, name, function, n):
     """Make an inlined kernel: by LLVM, or by Numba if solves have spent FOR_NUMBA."""
-    before, spent.after = spent.after, math.inf
+    before = spent.after
+    spent.after = math.inf
     try:
         if before < FOR_NUMBA and kernel_without_function(name, n) is None:
             spent.after = FOR_NUMBA

@@ -11,4 +11,5 @@ OF_MESH = (
         *[ROW] * 8, *[TABLE] * 4, *[CUBE] * 4, ROW, WORDS, ROW, TABLE, ROW, TABLE, ROW, TABLE, ROW
     ),
 )
-NEWTON, RESIDUALS = kernel_of(*OF_MESH, 0.0, 0.0), kernel_of(*OF_MESH, ROW)
+NEWTON = kernel_of(*OF_MESH, 0.0, 0.0)
+RESIDUALS = kernel_of(*OF_MESH, ROW)

@@ -122,7 +122,8 @@ class Building(System):
             s = ground_motion.height(t, times, pieces)
         else:
             s = d * math.sin(omega * t)
-        lower, upper = 2.0 * k * (y1 - s - L), 2.0 * k * (y2 - y1 - L)
+        lower = 2.0 * k * (y1 - s - L)
+        upper = 2.0 * k * (y2 - y1 - L)
         return [v1, v2, (upper - lower) / m - g, -upper / m - g]
 
     @property
@@ -151,7 +152,8 @@ class Building(System):
     def energy(t, w, k, m, omega, d, L, g, times, pieces):
         """Kinetic energy, energy of walls and weight, over ground at rest; 0 in equilibrium."""
         y1, y2, v1, v2 = w
-        u1, u2 = y1 - L + m * g / k, y2 - 2.0 * L + 1.5 * m * g / k
+        u1 = y1 - L + m * g / k
+        u2 = y2 - 2.0 * L + 1.5 * m * g / k
         return 0.5 * m * (v1 * v1 + v2 * v2) + k * (u1 * u1 + (u2 - u1) ** 2)
 
     @quantity("m", "deflection of the upper floor")

@@ -52,7 +52,9 @@ class Drag(System):
     @staticmethod
     def rhs(t, w, c, g, wx, wy, wz):
         _, _, _, vx, vy, vz = w
-        ux, uy, uz = vx - wx, vy - wy, vz - wz
+        ux = vx - wx
+        uy = vy - wy
+        uz = vz - wz
         s = c * math.sqrt(ux * ux + uy * uy + uz * uz)
         return [vx, vy, vz, -s * ux, -s * uy, -s * uz - g]
 
@@ -87,7 +89,8 @@ class Drag(System):
                 "No exact solution of the drag is known unless it is thrown vertically in still "
                 "air, or c is 0."
             )
-        t, u = np.asarray(t, float), self.terminal_speed
+        t = np.asarray(t, float)
+        u = self.terminal_speed
         rise, v = _vertical(self.vz0 / u, self.g / u * t)
         zero = np.zeros_like(t)
         z = self.z0 + u * u / self.g * rise

@@ -106,7 +106,8 @@ class Pendulum(System):
 
     def exact(self, t):
         """Exact state in all three regimes, the angle not wrapped; shape (2,) or (2, n_points)."""
-        w0, turns = self.natural_frequency, self._turns
+        w0 = self.natural_frequency
+        turns = self._turns
         motion = getattr(elliptic, self.regime)
         phase = w0 * np.asarray(t, float) + self._phase
         theta, rate = motion(phase, self.modulus, self._k_squared_beyond_one)
@@ -125,7 +126,8 @@ class Pendulum(System):
         grows as A³/16 w0 t until the two are out of step.
         """
         s = self.natural_frequency * np.asarray(t, float)
-        peak, w0 = self.V0 / math.sqrt(self.g * self.l), self.natural_frequency
+        peak = self.V0 / math.sqrt(self.g * self.l)
+        w0 = self.natural_frequency
         angle = self.theta0 * np.cos(s) + peak * np.sin(s)
         return np.array([angle, w0 * (peak * np.cos(s) - self.theta0 * np.sin(s))])
 
@@ -152,7 +154,9 @@ class Pendulum(System):
         """Time of a full swing, or of a full turn when whirling; infinite between the two."""
         if self.regime == "separatrix":
             return math.inf
-        beyond, k, w0 = self._k_squared_beyond_one, self.modulus, self.natural_frequency
+        beyond = self._k_squared_beyond_one
+        k = self.modulus
+        w0 = self.natural_frequency
         if self.regime == "swinging":
             return 4.0 * elliptic.quarter_period(-beyond) / w0
         return 2.0 * elliptic.quarter_period(beyond / k**2) / (k * w0)
@@ -210,7 +214,9 @@ class Pendulum(System):
     @property
     def _k_squared_beyond_one(self):
         """k² - 1, from the parameters in rational arithmetic: near the separatrix it is small."""
-        g, length, V0 = Fraction(self.g), Fraction(self.l), Fraction(self.V0)
+        g = Fraction(self.g)
+        length = Fraction(self.l)
+        V0 = Fraction(self.V0)
         return float(V0**2 / (4 * g * length) - Fraction(math.cos(0.5 * self.theta0)) ** 2)
 
     @property

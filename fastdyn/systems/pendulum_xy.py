@@ -71,7 +71,8 @@ class PendulumXY(System):
         """The nearest state on the circle, with a velocity along it."""
         x, y, vx, vy = w
         shrink = l / math.sqrt(x * x + y * y)
-        x, y = shrink * x, shrink * y
+        x = shrink * x
+        y = shrink * y
         dx, dy, _ = constrained((m, m), ((x, y),), (0.0, 0.0), (x * vx + y * vy,))
         return [x, y, vx - dx, vy - dy]
 
@@ -121,7 +122,8 @@ class PendulumXY(System):
     def exact(self, t):
         """Exact state, from that of `Pendulum`, as `System.exact`."""
         angle, omega = self.by_angle.exact(t)
-        x, y = self.l * np.sin(angle), self.l * np.cos(angle)
+        x = self.l * np.sin(angle)
+        y = self.l * np.cos(angle)
         return np.array([x, y, y * omega, -x * omega])
 
     @derived("")
@@ -146,7 +148,8 @@ class PendulumXY(System):
 def motion(w, g, l, m, rate):
     """Accelerations and the tension R of the cable, (x'', y'', R)."""
     x, y, vx, vy = w
-    s, c = x / l, y / l
+    s = x / l
+    c = y / l
     off, speed = 0.5 * (s * x + c * y - l), s * vx + c * vy  # the constraint and its rate
     pull = (vx * vx + vy * vy) / l + 2.0 * rate * speed + rate * rate * off
     return constrained((m, m), ((-s, -c),), (0.0, m * g), (pull,))

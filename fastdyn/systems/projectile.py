@@ -81,7 +81,8 @@ class Projectile(System):
         """Exact state, as `System.exact`; it goes on through the ground."""
         t = np.asarray(t, float)
         start = np.array(self.initial_state()).reshape(6, *[1] * t.ndim)
-        place, velocity = start[:3], start[3:]
+        place = start[:3]
+        velocity = start[3:]
         pull = np.array([0.0, 0.0, -self.g]).reshape(3, *[1] * t.ndim)
         return np.concatenate([place + velocity * t + 0.5 * pull * t**2, velocity + pull * t])
 

@@ -71,8 +71,10 @@ class Rod(System):
         return mu * 2.0 * m * omega * w[1]
 
     def exact(self, t):
-        t, root = np.asarray(t, float), math.hypot(1.0, self.mu)
-        up, down = np.exp(self.growth_rate * t), np.exp(-self.decay_rate * t)
+        t = np.asarray(t, float)
+        root = math.hypot(1.0, self.mu)
+        up = np.exp(self.growth_rate * t)
+        down = np.exp(-self.decay_rate * t)
         scale = self.V / (2.0 * self.omega * root)
         growing = scale * np.expm1(-2.0 * self.omega * root * t)  # 0 at the start, to rounding
         speed = scale * (self.growth_rate * up + self.decay_rate * down)
@@ -118,7 +120,8 @@ class Rod(System):
 
     def scene(self, t, w):
         """The rod and the block seen from above; see `System.scene`."""
-        angle, reach = self.omega * t, 1.1 * float(self.exact(self.t_end)[0])
+        angle = self.omega * t
+        reach = 1.1 * float(self.exact(self.t_end)[0])
         direction = np.array([math.cos(angle), math.sin(angle)])
         tip = reach * direction
         return Scene([([0.0, tip[0]], [0.0, tip[1]])], [tuple(w[0] * direction)], [(0.0, 0.0)])

@@ -119,7 +119,8 @@ class Satellite(System):
             If V is zero (a radial fall) or at least the escape speed (no ellipse).
         """
         t = np.asarray(t, float)
-        a, e = self.semi_major_axis, self.signed_eccentricity
+        a = self.semi_major_axis
+        e = self.signed_eccentricity
         b = self.R * self.V * math.sqrt(a / self.GM)  # sqrt(1 - e²) a, with the sense of V
         n = math.sqrt(self.GM / a**3)
         u = eccentric_anomaly(n * t, e)

@@ -67,7 +67,8 @@ class Suspension(System):
         return w[1]
 
     def exact(self, t):
-        w, A = self.natural_frequency, self.x0 - self.equilibrium
+        w = self.natural_frequency
+        A = self.x0 - self.equilibrium
         phase = w * np.asarray(t, float)
         return np.array([self.equilibrium + A * np.cos(phase), -w * A * np.sin(phase)])
 
@@ -116,8 +117,11 @@ class Suspension(System):
             axes.axhline(self.L0, color="0.6", lw=1.2, label="length without load $L_0$")
             axes.axhline(self.equilibrium, color="0.6", ls=":", lw=1.6, label="equilibrium")
             first = next(iter(results.values()))
-            start, end, T = float(first.t[0]), float(first.t[-1]), self.period
-            x, lowest = self.equilibrium, self.equilibrium - self.amplitude
+            start = float(first.t[0])
+            end = float(first.t[-1])
+            T = self.period
+            x = self.equilibrium
+            lowest = self.equilibrium - self.amplitude
             if end >= start + 2.5 * T:
                 trough = start + (0.5 if self.x0 > x else 1.0) * T
                 self._mark(axes, (trough + T, x), (trough + T, lowest), "amplitude")
@@ -146,7 +150,8 @@ class Suspension(System):
 
     def scene(self, t, w):
         """The vehicle on its spring; see `System.scene`."""
-        size, x = 0.5 * self.L0, w[0]
+        size = 0.5 * self.L0
+        x = w[0]
         car = (size * np.array([-1, 1, 1, 0.5, 0.3, -0.6, -0.8, -1]),
                x + size * np.array([0, 0, 0.4, 0.5, 0.9, 0.9, 0.5, 0.45]))  # fmt: skip
         lines = [spring((0.0, 0.0), (0.0, x)), ([-size, size], [x, x])]

@@ -122,8 +122,12 @@ class Vehicle(System):
         """The nearest velocity that both wheels allow, at the same place."""
         x, y, th, vx, vy, omega = w
         alpha, _, _ = driver(t, w)
-        s, cs, sf, cf = math.sin(th), math.cos(th), math.sin(th + alpha), math.cos(th + alpha)
-        half, ca = 0.5 * L, math.cos(alpha)
+        s = math.sin(th)
+        cs = math.cos(th)
+        sf = math.sin(th + alpha)
+        cf = math.cos(th + alpha)
+        half = 0.5 * L
+        ca = math.cos(alpha)
         slip = (sf * vx + cf * vy - half * ca * omega, s * vx + cs * vy + half * omega)
         rows = ((sf, cf, -half * ca), (s, cs, half))
         dx, dy, spin, _, _ = constrained((1.0, 1.0, L * L), rows, (0.0, 0.0, 0.0), slip)
@@ -202,9 +206,13 @@ def motion(t, w, m, L, c, driver):
     """Accelerations and reactions, (x'', y'', th'', R1, R2)."""
     _, _, th, vx, vy, omega = w
     alpha, turn, P = driver(t, w)
-    s, cs = math.sin(th), math.cos(th)
-    sf, cf = math.sin(th + alpha), math.cos(th + alpha)
-    ca, half, v = math.cos(alpha), 0.5 * L, math.sqrt(vx * vx + vy * vy)
+    s = math.sin(th)
+    cs = math.cos(th)
+    sf = math.sin(th + alpha)
+    cf = math.cos(th + alpha)
+    ca = math.cos(alpha)
+    half = 0.5 * L
+    v = math.sqrt(vx * vx + vy * vy)
     front = (-cf * vx + sf * vy) * (omega + turn) - math.sin(alpha) * half * omega * turn
     return constrained(
         ((m, 0.0, 0.0), (0.0, m, 0.0), (0.0, 0.0, 0.0)),  # the chassis has no mass

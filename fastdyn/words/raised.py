@@ -181,7 +181,8 @@ def _unpacked(raised, found):
 
 def _short(raised, found):
     """A state with fewer components than the function reads."""
-    n, said = len(raised.y), _unpacked(raised, found)
+    n = len(raised.y)
+    said = _unpacked(raised, found)
     last = f"counted from 0, the last is {raised.state}[{n - 1}]" if n else "it is empty"
     return said and f"{said[:-1]}; {last}."
 

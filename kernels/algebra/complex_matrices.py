@@ -42,11 +42,13 @@ def _kind(s, block, n):
 @njit(**INTERNAL)
 def _eliminate(s, work, block, first, to, pivots, numbers, ld, base):
     """`factorise_complex_sum` by our own elimination, of the matrix in two parts."""
-    n, (a, b, c) = work.shape[1], numbers
+    n = work.shape[1]
+    a, b, c = numbers
     re = put_sum(work, block, first, to, a, b, ld, base, s.lower, s.upper)
     im = numbers_from(work, to + matrix_rows(block, n), base)
     for j in range(n):
-        first, end = max(0, j - s.lower - s.upper), min(n, j + 1 + s.lower)
+        first = max(0, j - s.lower - s.upper)
+        end = min(n, j + 1 + s.lower)
         column = after(im, j * ld + first)
         for i in range(end - first):
             column[i] = 0.0
@@ -60,7 +62,8 @@ def _put_pairs(s, work, block, kind, first, to, a, b, c):
     n = work.shape[1]
     ld, base = leading(block, n)
     lower, upper = written(s, kind, n)
-    jacobian, pairs = matrix_at(work, block, first), numbers_from(work, to, 0)
+    jacobian = matrix_at(work, block, first)
+    pairs = numbers_from(work, to, 0)
     for j in range(n):
         for i in range(max(0, j - lower - upper), min(n, j + 1 + lower)):
             place = 2 * (base + j * ld + i)
@@ -87,15 +90,19 @@ def factorise_complex_sum(s, work, block, first, to, pivots, a, b, c):
 @njit(**INTERNAL)
 def other_complex_factors(state, work, block, first, to, pivots, a, b, c):
     """`factorise_complex_sum` for matrices that are not full: a kernel of its own."""
-    s, n = state[0], work.shape[1]
+    s = state[0]
+    n = work.shape[1]
     if block[MATRICES] == 0:
         _eliminate(s, work, block, first, to, pivots, (a, b, c), n, 0)
         return 0
-    kind, words = _kind(s, block, n), words_at(block[MATRICES])
+    kind = _kind(s, block, n)
+    words = words_at(block[MATRICES])
     if kind == OWN:
         _eliminate(s, work, block, first, to, pivots, (a, b, c), words[LD], words[BASE])
     elif kind == OUTSIDE:
-        work[to, 0], work[to, 1], work[to, 2] = a, b, c
+        work[to, 0] = a
+        work[to, 1] = b
+        work[to, 2] = c
         call_routine(words[COMPLEX], (work[first], work[to]))
     else:
         pairs = _put_pairs(s, work, block, kind, first, to, a, b, c)
@@ -120,18 +127,24 @@ def solve_complex_sum(s, work, block, first, to, pivots, row, free):
 @njit(**INTERNAL)
 def other_complex_solution(state, work, block, first, to, pivots, row, free):
     """`solve_complex_sum` for matrices that are not full: a kernel of its own."""
-    s, n, b, c = state[0], work.shape[1], work[row], work[row + 1]
+    s = state[0]
+    n = work.shape[1]
+    b = work[row]
+    c = work[row + 1]
     if block[MATRICES] == 0:
-        re, im = numbers_from(work, to, 0), numbers_from(work, to + n, 0)
+        re = numbers_from(work, to, 0)
+        im = numbers_from(work, to + n, 0)
         solve_complex(re, im, n, work[pivots], b, c, n, s.lower, s.upper)
         return 0
-    kind, words = _kind(s, block, n), words_at(block[MATRICES])
+    kind = _kind(s, block, n)
+    words = words_at(block[MATRICES])
     if kind == OUTSIDE:
         call_routine(words[COMPLEX + 1], (work[first], work[to], b, c))
     elif kind == OWN:
         re = numbers_from(work, to, words[BASE])
         im = numbers_from(work, to + words[ROWS], words[BASE])
-        x, y = work[free], work[free + 1]
+        x = work[free]
+        y = work[free + 1]
         for i in range(n):
             place = new_number(block, i)
             x[place], y[place] = b[i], c[i]
@@ -147,8 +160,12 @@ def other_complex_solution(state, work, block, first, to, pivots, row, free):
 @njit(**INTERNAL)
 def _solve_pairs(s, work, block, kind, to, pivots, row, free):
     """`solve_complex_sum` by LAPACK."""
-    n, words, stored = work.shape[1], words_at(block[MATRICES]), numbers_from(work, to, 0)
-    b, c, pairs = work[row], work[row + 1], numbers_from(work, free, 0)
+    n = work.shape[1]
+    words = words_at(block[MATRICES])
+    stored = numbers_from(work, to, 0)
+    b = work[row]
+    c = work[row + 1]
+    pairs = numbers_from(work, free, 0)
     for i in range(n):
         place = 2 * new_number(block, i)
         pairs[place], pairs[place + 1] = b[i], c[i]

@@ -40,7 +40,8 @@ from .pencil import (
 )
 
 FORWARD = float(np.finfo(float).eps) ** 0.5  # step of a forward difference
-ITERATIONS, HALVINGS = 50, 30
+ITERATIONS = 50
+HALVINGS = 30
 DESCENT = 1e-4  # the share of the linear decrease that a step must reach
 CLOSE, NEAR = 1e-12, 1e-4  # bounds of the last change, relative to a component and to its tolerance
 
@@ -52,7 +53,9 @@ def rates(t, y, n, block, out):
     NaN if these equations do not determine y'.
     """
     words, p = pencil_at(block, n)
-    state, rate, f = carray(y, n), carray(out, n), p.states[F]
+    state = carray(y, n)
+    rate = carray(out, n)
+    f = p.states[F]
     known = evaluate_finite(words, t, state, f)
     for i in range(n):
         rate[i] = 0.0
@@ -89,7 +92,8 @@ def change(t, y, n, block, out):
     RAISED_WORD is set if the change exceeds the tolerance: y is no consistent start.
     """
     words, p = pencil_at(block, n)
-    state, found = carray(y, n), carray(out, n)
+    state = carray(y, n)
+    found = carray(out, n)
     found[:] = 0.0
     if len(p.left) == 0:
         return
@@ -110,7 +114,8 @@ def change(t, y, n, block, out):
 @njit(**INTERNAL)
 def _descend(words, p, t, y, direction, before):
     """Add a direction, or a part of it, to y so that the residual decreases; True on success."""
-    share, trial = 1.0, p.states[TRIAL]
+    share = 1.0
+    trial = p.states[TRIAL]
     for _ in range(HALVINGS):
         for i in range(len(y)):
             trial[i] = y[i] + share * direction[i]
@@ -126,7 +131,8 @@ def _descend(words, p, t, y, direction, before):
 def settle(t, y, n, block, out):
     """The consistent state x with M x = M y, by Newton's iteration."""
     words, p = pencil_at(block, n)
-    state, direction = carray(out, n), p.states[MOVED]
+    state = carray(out, n)
+    direction = p.states[MOVED]
     copy_row(carray(y, n), p.states[FAILED])
     copy_row(p.states[FAILED], state)
     if len(p.left) == 0:
@@ -152,8 +158,10 @@ def settle(t, y, n, block, out):
 @njit(**INTERNAL)
 def act(t, y, n, block, out):
     """The state behind an action of the user, made consistent."""
-    own, new = carray(block, WORDS_OF_ACTION), carray(out, n)
-    action, pencil = own[ACTION], own[PENCIL_OF_ACTION]
+    own = carray(block, WORDS_OF_ACTION)
+    new = carray(out, n)
+    action = own[ACTION]
+    pencil = own[PENCIL_OF_ACTION]
     call_function(action, t, carray(y, n), new)
     if raised(action):
         own[RAISED_WORD] = 1

@@ -54,7 +54,8 @@ def _dot(x, y):
 
 def constraints_solved(mass, a, force, b, eliminate=None):
     eliminate = eliminate or eliminated
-    n, k = len(force), len(b)
+    n = len(force)
+    k = len(b)
     if any(len(row) != n for row in a) or len(a) != k or len(mass) != n:
         raise ValueError(
             f"{n} forces and {k} right-hand sides need {n} masses and A with {k} rows of {n} "

@@ -21,7 +21,8 @@ class _Elements:
     """The stored elements of a matrix, and behind them the pivot of each column."""
 
     def __init__(self, context, builder, form, array, found):
-        self.builder, self.structure = builder, found
+        self.builder = builder
+        self.structure = found
         self.kind = context.get_value_type(form)
         self._data = data_of(context, builder, array[0], array[1])
 
@@ -50,7 +51,8 @@ class _Elements:
 
 def _exchange(builder, pivot, column, k, rows):
     """Exchange value k of a column with the value in the row that the pivot of each lane names."""
-    before, new = column[k], column[k]
+    before = column[k]
+    new = column[k]
     for i in rows:
         chosen = builder.fcmp_ordered("==", pivot, constant(pivot.type, i))
         new = builder.select(chosen, column[i], new)
@@ -92,7 +94,8 @@ def make_elimination(rows, columns, form, mass=None):
     """
     places = [*zip(map(int, rows), map(int, columns), strict=True)]
     of_mass = None if mass is None else [*zip(*(map(int, each) for each in mass), strict=True)]
-    n, found = len(form.value), structure([*places, *(of_mass or ())], len(form.value))
+    n = len(form.value)
+    found = structure([*places, *(of_mass or ())], len(form.value))
     return len(found.places) + n, _make_factorise(found, places, of_mass), _make_solve(found)
 
 

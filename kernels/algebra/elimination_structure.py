@@ -33,7 +33,8 @@ def structure(places, n):
     known = [{i} for i in range(n)]
     for i, j in places:
         known[i].add(j)
-    below, right = [], []
+    below = []
+    right = []
     for k in range(n):
         candidates = [i for i in range(k, n) if k in known[i]]
         together = {j for i in candidates for j in known[i] if j >= k}

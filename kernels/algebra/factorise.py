@@ -27,7 +27,8 @@ def bandwidths(a, n):
     for j in range(n):
         for i in range(n):
             if a[j * n + i] != 0.0:
-                lower, upper = max(lower, i - j), max(upper, j - i)
+                lower = max(lower, i - j)
+                upper = max(upper, j - i)
     return lower, upper
 
 
@@ -48,7 +49,8 @@ def _subtract(y, x, count, factor):
 def add_matrix_product(a, ld, x, out, n, lower, upper):
     """out += A x, for a matrix that is not factorised."""
     for j in range(n):
-        first, end = max(0, j - upper), min(n, j + 1 + lower)
+        first = max(0, j - upper)
+        end = min(n, j + 1 + lower)
         _subtract(after(out, first), after(a, j * ld + first), end - first, -x[j])
 
 
@@ -65,12 +67,15 @@ def exchange(column, p, ld, count):
 def factorise(a, ld, pivots, n, lower, upper):
     """Replace a matrix by L and U, with the reciprocals of the diagonal of U."""
     for k in range(n):
-        below, right = min(n - k, 1 + lower), min(n - k, 1 + lower + upper)
+        below = min(n - k, 1 + lower)
+        right = min(n - k, 1 + lower + upper)
         column = after(a, k * ld + k)  # from the diagonal on, so that no index needs a test for < 0
-        p, largest = 0, abs(column[0])
+        p = 0
+        largest = abs(column[0])
         for i in range(1, below):
             if abs(column[i]) > largest:
-                p, largest = i, abs(column[i])
+                p = i
+                largest = abs(column[i])
         pivots[k] = k + p
         if p != 0:
             exchange(column, p, ld, right)
@@ -91,10 +96,12 @@ def solve(a, ld, pivots, b, n, lower, upper):
     for k in range(n):
         p = int(pivots[k])
         x = b[p]
-        b[p], b[k] = b[k], x
+        b[p] = b[k]
+        b[k] = x
         _subtract(after(b, k + 1), after(a, k * ld + k + 1), min(n - k - 1, lower), x)
     for k in range(n - 1, -1, -1):
-        first, column = max(0, k - lower - upper), after(a, k * ld)
+        first = max(0, k - lower - upper)
+        column = after(a, k * ld)
         x = b[k] * column[k]
         b[k] = x
         _subtract(after(b, first), after(column, first), k - first, x)
@@ -104,12 +111,17 @@ def solve(a, ld, pivots, b, n, lower, upper):
 def solve_transposed(a, ld, pivots, b, n, lower, upper):
     """Replace b by x, with x A = b; `a` has the factors from `factorise`."""
     for k in range(n):
-        first, column, x = max(0, k - lower - upper), after(a, k * ld), b[k]
+        first = max(0, k - lower - upper)
+        column = after(a, k * ld)
+        x = b[k]
         for i in range(first, k):
             x -= column[i] * b[i]
         b[k] = x * column[k]
     for k in range(n - 1, -1, -1):
-        p, end, column, x = int(pivots[k]), min(n, k + 1 + lower), after(a, k * ld), b[k]
+        p = int(pivots[k])
+        end = min(n, k + 1 + lower)
+        column = after(a, k * ld)
+        x = b[k]
         for i in range(k + 1, end):
             x -= column[i] * b[i]
         b[k] = b[p]

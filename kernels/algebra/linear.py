@@ -61,7 +61,8 @@ def eliminated(rows):
             pairs = [(rows[k][j], rows[i][j]) for j in range(k, n + 1)]
             rows[k][k:] = [select(swap, y, x) for x, y in pairs]
             rows[i][k:] = [select(swap, x, y) for x, y in pairs]
-            upper, lower = scale[k], scale[i]
+            upper = scale[k]
+            lower = scale[i]
             scale[k], scale[i] = select(swap, lower, upper), select(swap, upper, lower)
         floor = scale[k] * EPS
         total = floor

@@ -87,10 +87,13 @@ def written(s, kind, n):
 def put_sum(work, block, first, to, a, b, ld, base, lower, upper):
     """Put a J + b M at row `to`, with J from row `first`; return the numbers of the sum."""
     n = work.shape[1]
-    jacobian, sum_ = numbers_from(work, first, base), numbers_from(work, to, base)
+    jacobian = numbers_from(work, first, base)
+    sum_ = numbers_from(work, to, base)
     for j in range(n):
-        first, end = max(0, j - lower - upper), min(n, j + 1 + lower)
-        column, target = after(jacobian, j * ld + first), after(sum_, j * ld + first)
+        first = max(0, j - lower - upper)
+        end = min(n, j + 1 + lower)
+        column = after(jacobian, j * ld + first)
+        target = after(sum_, j * ld + first)
         for i in range(end - first):
             target[i] = a * column[i]
     add_mass(block[MASS], b, sum_, ld, n)
@@ -103,7 +106,8 @@ def factorise_sum(s, work, block, first, to, pivots, a, b):
     n = work.shape[1]
     s.n_factorised += 1
     if kind_of(s, block, n) != FULL:
-        kernel, given = rare(block, OTHER_FACTORS), (s, work, block, first, to, pivots, a, b)
+        kernel = rare(block, OTHER_FACTORS)
+        given = (s, work, block, first, to, pivots, a, b)
         return invoke(kernel, given) == 1
     words = words_at(block[MATRICES])
     put_sum(work, block, first, to, a, b, words[LD], words[BASE], n - 1, n - 1)
@@ -119,7 +123,8 @@ def rare(block, which):
 @njit(**INTERNAL)
 def other_factors(state, work, block, first, to, pivots, a, b):
     """`factorise_sum` for matrices that are not full: a kernel of its own."""
-    s, n = state[0], work.shape[1]
+    s = state[0]
+    n = work.shape[1]
     return 1 if _other_factors(s, work, block, first, to, pivots, a, b, n) else 0
 
 
@@ -127,11 +132,14 @@ def other_factors(state, work, block, first, to, pivots, a, b):
 def _other_factors(s, work, block, first, to, pivots, a, b, n):
     if block[MATRICES] == 0:
         return _eliminate(s, work, block, first, to, pivots, a, b, n, 0)
-    kind, words = kind_of(s, block, n), words_at(block[MATRICES])
+    kind = kind_of(s, block, n)
+    words = words_at(block[MATRICES])
     if kind == OWN:
         return _eliminate(s, work, block, first, to, pivots, a, b, words[LD], words[BASE])
     if kind == OUTSIDE:
-        work[to, 0], work[to, 1], work[to, 2] = a, b, 0.0
+        work[to, 0] = a
+        work[to, 1] = b
+        work[to, 2] = 0.0
         return call_routine(words[REAL], (work[first], work[to])) == 0
     put_sum(work, block, first, to, a, b, words[LD], words[BASE], s.lower, s.upper)
     stored = numbers_from(work, to, 0)
@@ -141,7 +149,9 @@ def _other_factors(s, work, block, first, to, pivots, a, b, n):
 @njit(**INTERNAL)
 def _eliminate(s, work, block, first, to, pivots, a, b, ld, base):
     """`factorise_sum` by our own elimination."""
-    n, lower, upper = work.shape[1], s.lower, s.upper
+    n = work.shape[1]
+    lower = s.lower
+    upper = s.upper
     sum_ = put_sum(work, block, first, to, a, b, ld, base, lower, upper)
     factorise(sum_, ld, work[pivots], n, lower, upper)
     for j in range(n):
@@ -167,7 +177,8 @@ def solve_sum(s, work, block, first, to, pivots, row, free):
     """Replace a right-hand side, a row, by the solution; row `free` may be overwritten."""
     n = work.shape[1]
     if kind_of(s, block, n) == FULL:
-        routine, stored = words_at(block[MATRICES])[REAL + 1], numbers_from(work, to, 0)
+        routine = words_at(block[MATRICES])[REAL + 1]
+        stored = numbers_from(work, to, 0)
         lapack.solve_full(routine, stored, n, work[pivots], work[row])
     else:
         invoke(rare(block, OTHER_SOLUTION), (s, work, block, first, to, pivots, row, free))
@@ -176,7 +187,8 @@ def solve_sum(s, work, block, first, to, pivots, row, free):
 @njit(**INTERNAL)
 def other_solution(state, work, block, first, to, pivots, row, free):
     """`solve_sum` for matrices that are not full: a kernel of its own."""
-    s, n = state[0], work.shape[1]
+    s = state[0]
+    n = work.shape[1]
     if block[MATRICES] == 0:
         solve(numbers_from(work, to, 0), n, work[pivots], work[row], n, s.lower, s.upper)
     elif not is_ordered(block):
@@ -192,7 +204,9 @@ def other_solution(state, work, block, first, to, pivots, row, free):
 
 @njit(**INTERNAL)
 def _solve(s, work, block, first, to, pivots, b):
-    n, words, stored = work.shape[1], words_at(block[MATRICES]), numbers_from(work, to, 0)
+    n = work.shape[1]
+    words = words_at(block[MATRICES])
+    stored = numbers_from(work, to, 0)
     kind = kind_of(s, block, n)
     if kind == OWN:
         factors = numbers_from(work, to, words[BASE])
@@ -209,7 +223,8 @@ def add_jacobian_product(s, work, block, first, given, out, free):
 
     The row `free` and the next row may be overwritten.
     """
-    n, words = work.shape[1], words_at(block[MATRICES])
+    n = work.shape[1]
+    words = words_at(block[MATRICES])
     if block[MATRICES] == 0:
         jacobian = numbers_from(work, first, 0)
         add_matrix_product(jacobian, n, work[given], work[out], n, s.lower, s.upper)
@@ -220,7 +235,8 @@ def add_jacobian_product(s, work, block, first, given, out, free):
     for i in range(n):
         work[free, new_number(block, i)] = work[given, i]
         work[free + 1, new_number(block, i)] = work[out, i]
-    ld, jacobian = words[LD], numbers_from(work, first, words[BASE])
+    ld = words[LD]
+    jacobian = numbers_from(work, first, words[BASE])
     add_matrix_product(jacobian, ld, work[free], work[free + 1], n, s.lower, s.upper)
     for i in range(n):
         work[out, i] = work[free + 1, new_number(block, i)]

@@ -58,8 +58,10 @@ F, MOVED, ABOVE, TRIAL, FAILED = range(5)  # in `states`
 def pencil_at(block, n):
     """The words of a pencil's block, and its numbers."""
     words = carray(block, WORDS_OF_PENCIL)
-    r, at = words[N_ALGEBRAIC], words[NUMBERS]
-    of_row, of_matrix = 8 * n, 8 * r * n
+    r = words[N_ALGEBRAIC]
+    at = words[NUMBERS]
+    of_row = 8 * n
+    of_matrix = 8 * r * n
     rtol = at + 8
     inverse = rtol + 2 * of_row
     left = inverse + n * of_row
@@ -111,7 +113,8 @@ def _least(y):
 @njit(**INTERNAL)
 def _along(words, p, t, y, direction, least, out):
     """The derivative of the algebraic equations along a direction; False if it is not finite."""
-    moved, above = p.states[MOVED], p.states[ABOVE]
+    moved = p.states[MOVED]
+    above = p.states[ABOVE]
     size = np.inf
     for i in range(len(y)):
         if direction[i] != 0.0:
@@ -136,8 +139,11 @@ def _along(words, p, t, y, direction, least, out):
 @njit(**INTERNAL)
 def factorise_algebraic(words, p, t, y):
     """The factors of the Jacobian of the algebraic equations; False if it is singular."""
-    r, least, a = len(p.left), _least(y), p.matrix
-    rows, columns = p.small[ROWS], p.small[COLUMNS]
+    r = len(p.left)
+    least = _least(y)
+    a = p.matrix
+    rows = p.small[ROWS]
+    columns = p.small[COLUMNS]
     for k in range(r):
         if not _along(words, p, t, y, p.right[k], least, a[k]):
             return False
@@ -166,7 +172,8 @@ def factorise_algebraic(words, p, t, y):
 @njit(**INTERNAL)
 def solve_algebraic(p, out):
     """Put the change of y that changes the algebraic equations by RIGHT_SIDE in the row `out`."""
-    r, b = len(p.left), p.small[RIGHT_SIDE]
+    r = len(p.left)
+    b = p.small[RIGHT_SIDE]
     for j in range(r):
         b[j] /= p.small[ROWS, j]
     solve(p.matrix.reshape(-1), r, p.small[PIVOTS], b, r, r - 1, r - 1)
@@ -193,5 +200,6 @@ def algebraic_size(p, f, sign):
 @njit(**INTERNAL)
 def fail(words, p, t, failure):
     """Mark the block, and keep the failure and the time for the message."""
-    words[RAISED_WORD], words[FAILURE] = 1, failure
+    words[RAISED_WORD] = 1
+    words[FAILURE] = failure
     words.view(np.float64)[TIME] = t

@@ -26,7 +26,9 @@ class Reals:
     parts = 1  # doubles in a number
 
     def __init__(self, builder, kind=REAL, flags=()):
-        self.builder, self.kind, self.flags = builder, kind, flags
+        self.builder = builder
+        self.kind = kind
+        self.flags = flags
 
     def size(self, x):
         return self.builder.call(intrinsic_of(self.builder, "fabs", self.kind, 1), [x])
@@ -63,7 +65,9 @@ class Pairs(Reals):
         return self.builder.fadd(re, im)
 
     def product(self, a, b):
-        (u, v), (x, y), builder = a, b, self.builder
+        u, v = a
+        x, y = b
+        builder = self.builder
         re = builder.fsub(builder.fmul(u, x), builder.fmul(v, y))
         return re, builder.fadd(builder.fmul(u, y), builder.fmul(v, x))
 
@@ -73,13 +77,15 @@ class Pairs(Reals):
 
     def reciprocal(self, x):
         """1 / (re + i im) without squares that overflow."""
-        builder, one = self.builder, constant(self.kind, 1.0)
+        builder = self.builder
+        one = constant(self.kind, 1.0)
         sizes = [super(Pairs, self).size(part) for part in x]
         steep = builder.fcmp_unordered("<", *sizes)
         larger, smaller = self.select(steep, x[::-1], x)
         ratio = builder.fdiv(smaller, larger)
         size = builder.fadd(larger, builder.fmul(smaller, ratio))
-        near, far = builder.fdiv(one, size), builder.fdiv(ratio, size)
+        near = builder.fdiv(one, size)
+        far = builder.fdiv(ratio, size)
         re, im = self.select(steep, (far, near), (near, far))
         return re, builder.fneg(im)
 
@@ -89,12 +95,14 @@ class Pairs(Reals):
 
 def _exchange(numbers, a, k, below, right):
     """Exchange row k with the row of the pivot; return whether any lane exchanges rows."""
-    builder, sizes = numbers.builder, {i: numbers.size(a[i, k]) for i in (k, *below)}
+    builder = numbers.builder
+    sizes = {i: numbers.size(a[i, k]) for i in (k, *below)}
     larger = [builder.fcmp_ordered(">", sizes[i], sizes[k]) for i in below]
     here = numbers.any(functools.reduce(builder.or_, larger))
     a[k] = constant(numbers.kind, k)
     with builder.if_then(here):
-        largest, pivot = sizes[k], constant(numbers.kind, k)
+        largest = sizes[k]
+        pivot = constant(numbers.kind, k)
         for i in below:
             more = builder.fcmp_ordered(">", sizes[i], largest)
             largest = builder.select(more, sizes[i], largest)

@@ -27,25 +27,31 @@ lie behind the words.  The entries have one of four sources:
 ADDRESS, RAISED_WORD, TIME, FAULT, JACOBIAN, MASS, MATRICES, RARE, FIRST = range(9)
 
 # Two bits for each of the first decisions of a function: the decision was true, or was false.
-SIDES, MOST_DECISIONS = TIME, 31
+SIDES = TIME
+MOST_DECISIONS = 31
 
 # Words of the block of a Jacobian; N_ENTRIES is 0 for a full matrix.
-N_ENTRIES, GROUPS, OWN_BLOCK = JACOBIAN, MASS, MATRICES
+N_ENTRIES = JACOBIAN
+GROUPS = MASS
+OWN_BLOCK = MATRICES
 
 # Words of the block of a pair, q' = velocity(t, p), p' = force(t, q): the blocks of both functions.
-VELOCITY, FORCE = FIRST, FIRST + 1
+VELOCITY = FIRST
+FORCE = FIRST + 1
 WORDS_OF_PAIR = FIRST + 2
 
 # Words of the matrices of an implicit method, see `algebra/matrices.py`: two routines for real
 # matrices, two for complex ones.  Kinds: our elimination; routines with LAPACK's interface, for
 # full or for band matrices; another solver; our elimination of real bands.
 KIND, ROWS, LD, BASE, BELOW, ABOVE, REAL, COMPLEX, PRODUCT = (*range(7), 8, 10)
-ORDERED, ORDER = 11, 12
+ORDERED = 11
+ORDER = 12
 OWN, FULL, BAND, OUTSIDE, NARROW = range(5)
 
 # The kernels that RARE names, see `fastdyn/specialise/rare.py`.
 OTHER_JACOBIAN, OTHER_FACTORS, OTHER_SOLUTION = range(3)
-OTHER_COMPLEX_FACTORS, OTHER_COMPLEX_SOLUTION = 3, 4
+OTHER_COMPLEX_FACTORS = 3
+OTHER_COMPLEX_SOLUTION = 4
 
 # Words of a mass matrix, see `algebra/mass.py`.
 N, LOWER, UPPER, PENCIL, PLACES = range(5)
@@ -57,11 +63,13 @@ N, LOWER, UPPER, PENCIL, PLACES = range(5)
 # state.  The function of the block is `rates` of `algebra/consistent_states.py`.
 CHANGE, SETTLE, EQUATIONS, N_ALGEBRAIC, NUMBERS, EVALUATIONS, FAILURE = range(FIRST, FIRST + 7)
 WORDS_OF_PENCIL = FIRST + 7
-NO_START, NOT_FOUND = 1, 2
+NO_START = 1
+NOT_FOUND = 2
 
 # Words behind FIRST of the block of an action whose state is made consistent: the addresses of the
 # block of the user's function, and of the block of the pencil.
-ACTION, PENCIL_OF_ACTION = FIRST, FIRST + 1
+ACTION = FIRST
+PENCIL_OF_ACTION = FIRST + 1
 WORDS_OF_ACTION = FIRST + 2
 
 FAILED = -(2**62)  # status of a kernel that raised an exception, which no kernel of fastdyn does

@@ -37,7 +37,9 @@ velocity_by_pointer, force_by_pointer = map(_part_by_pointer, (VELOCITY, FORCE))
 def both_by_pointer(t, y, n, block, out):
     """The derivative of [q, p], in the common form of the user's functions."""
     m = n // 2
-    words, state, slope = carray(block, WORDS_OF_PAIR), carray(y, n), carray(out, n)
+    words = carray(block, WORDS_OF_PAIR)
+    state = carray(y, n)
+    slope = carray(out, n)
     velocity_by_pointer(t, state[m:], words, slope[:m])
     force_by_pointer(t, state[:m], words, slope[m:])
 

@@ -23,7 +23,8 @@ def accumulate(folds, folded, t, work, extended):
 @njit(**INTERNAL)
 def keep_events(w, o, room, found, t_first, member):
     """Move the events of a trajectory from `room` to the results; return their number."""
-    n_events, o.n_events = o.n_events, 0
+    n_events = o.n_events
+    o.n_events = 0
     for i in range(n_events):
         if np.isnan(t_first[room.e_index[i]]):
             t_first[room.e_index[i]] = room.e_t[i]

@@ -13,7 +13,8 @@ def crossed(g, row, form, t, y, ok, block, lanes):
 
     Row `row` has the last value of the function.
     """
-    old, new = field(form, lanes, row), g(t, y, block)
+    old = field(form, lanes, row)
+    new = g(t, y, block)
     leave(form, lanes, row, select(ok, new, old))
     return ok & ((abs(new) <= NEAR * abs(new - old)) | ~(old * new > 0.0))
 

@@ -45,8 +45,12 @@ def next_stop(s, o, t_eval, each):
 @njit(**INTERNAL)
 def to_lane(w, lanes, single, folded, lane, stop):
     """Copy the state and the rows of one trajectory into a lane."""
-    fields, s, events = lanes.fields, lanes.states[lane], lanes.events[lane]
-    width, row, work = fields.shape[1], N_FIELDS, single.work
+    fields = lanes.fields
+    s = lanes.states[lane]
+    events = lanes.events[lane]
+    width = fields.shape[1]
+    row = N_FIELDS
+    work = single.work
     if w.watches:
         for i in range(len(events)):
             fields[row + i, lane] = events[i].g
@@ -57,7 +61,8 @@ def to_lane(w, lanes, single, folded, lane, stop):
     fields[T, lane], fields[T_OLD, lane], fields[H, lane] = s.t, s.t_old, s.h
     fields[T_END, lane], fields[T_STOP, lane], fields[LIMIT, lane] = s.t_end, stop, w.max_steps
     fields[ACCEPTED, lane], fields[REJECTED, lane] = s.n_accepted, s.n_rejected
-    fields[TRIES, lane], fields[LIVE, lane] = 0.0, 1.0
+    fields[TRIES, lane] = 0.0
+    fields[LIVE, lane] = 1.0
     fields[EVALUATIONS, lane] = s.n_extra
     for j in range(work.shape[1]):
         lanes.work[Y, j * width + lane] = work[Y, j]
@@ -68,12 +73,16 @@ def to_lane(w, lanes, single, folded, lane, stop):
 @njit(**INTERNAL)
 def from_lane(w, lanes, single, folded, lane):
     """Copy the state and the rows of the trajectory in a lane out of the lane."""
-    fields, s, work = lanes.fields, lanes.states[lane], single.work
+    fields = lanes.fields
+    s = lanes.states[lane]
+    work = single.work
     width = fields.shape[1]
     if w.accumulates:
         for i in range(len(folded)):
             folded[i] = fields[len(fields) - len(folded) + i, lane]
-    s.t, s.t_old, s.h = fields[T, lane], fields[T_OLD, lane], fields[H, lane]
+    s.t = fields[T, lane]
+    s.t_old = fields[T_OLD, lane]
+    s.h = fields[H, lane]
     s.error = fields[ERROR, lane]
     s.n_accepted, s.n_rejected = int(fields[ACCEPTED, lane]), int(fields[REJECTED, lane])
     s.n_extra = int(fields[EVALUATIONS, lane])

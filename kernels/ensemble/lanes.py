@@ -192,19 +192,22 @@ def fixed(step, fsal_stage, compensation_stage, rhs, form, extrema, watched, acc
     @njit(**INTERNAL)
     def loop(state, lanes, work, block, n_steps):
         s = state[0]
-        direction, t_start = s.direction, s.t_start
-        t, t_end, t_stop = (
-            field(form, lanes, T),
-            field(form, lanes, T_END),
-            field(form, lanes, T_STOP),
-        )
-        live, limit = field(form, lanes, LIVE) > 0.0, field(form, lanes, LIMIT)
-        size, accepted = field(form, lanes, H), field(form, lanes, ACCEPTED)
+        direction = s.direction
+        t_start = s.t_start
+        t = field(form, lanes, T)
+        t_end = field(form, lanes, T_END)
+        t_stop = field(form, lanes, T_STOP)
+        live = field(form, lanes, LIVE) > 0.0
+        limit = field(form, lanes, LIMIT)
+        size = field(form, lanes, H)
+        accepted = field(form, lanes, ACCEPTED)
         h = direction * size
-        y, k_last = fetch(form, work, Y), fetch(form, work, K + fsal_stage)
+        y = fetch(form, work, Y)
+        k_last = fetch(form, work, K + fsal_stage)
         compensation = fetch(form, work, K + compensation_stage)
         if extrema is not None:
-            tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
+            tops = fetch(form, work, len(work) - 2)
+            lows = fetch(form, work, len(work) - 1)
         taken = 0
         while True:
             taken += 1
@@ -223,13 +226,16 @@ def fixed(step, fsal_stage, compensation_stage, rhs, form, extrema, watched, acc
                 hand_back = hand_back | (live & watched(form, t_new, y_new, ok, block, lanes))
             if accumulated is not None:
                 accumulated(form, t_new, y_new, ok & ~hand_back, block, lanes)
-            t_old, y_old = t, y
-            t, y = select(ok, t_new, t), choose(ok, y_new, y)
+            t_old = t
+            y_old = y
+            t = select(ok, t_new, t)
+            y = choose(ok, y_new, y)
             k_new = choose(ok, k[fsal_stage], k_last)
             compensation_new = choose(ok, k[compensation_stage], compensation)
             if taken >= n_steps or any_lane(hand_back):
                 break
-            k_last, compensation = k_new, compensation_new
+            k_last = k_new
+            compensation = compensation_new
         over = select(direction * (t - t_end) >= 0.0, float(FINISHED), float(RUNNING))
         leave(
             form, lanes, STATUS,

@@ -80,7 +80,8 @@ def serve(task, lanes, single, room, results, found, folds, n_steps):
     int
         RUNNING, FULL (`found` has no room for the events of a step), or FINISHED.
     """
-    w, width = task.worker[0], len(lanes.members)
+    w = task.worker[0]
+    width = len(lanes.members)
     for lane in range(width):
         if lanes.members[lane] <= GIVEN_UP:
             _give_up(task, lanes, single, results, lane)
@@ -109,7 +110,9 @@ def serve(task, lanes, single, room, results, found, folds, n_steps):
 @njit(**INTERNAL)
 def _fill(task, lanes, single, room, results, found, folds, lane):
     """Give an idle lane the next trajectory, if a trajectory is left."""
-    w, queue, members = task.worker[0], task.queue, lanes.members
+    w = task.worker[0]
+    queue = task.queue
+    members = lanes.members
     while members[lane] == IDLE and queue[NEXT] < queue[COUNT]:
         if w.n_found + len(room.e_t) > len(found.t):
             break
@@ -132,7 +135,8 @@ def _fill(task, lanes, single, room, results, found, folds, lane):
 @njit(**INTERNAL)
 def _resume(task, lanes, single, room, results, lane):
     """Set the next stop of a lane, which continues with its trajectory."""
-    w, member = task.worker[0], lanes.members[lane]
+    w = task.worker[0]
+    member = lanes.members[lane]
     stop = next_stop(lanes.states[lane], lanes.records[lane], room.t_eval, w.each != 0)
     to_lane(w, lanes, single, results.folded[member], lane, stop)
     if w.extrema:
@@ -145,21 +149,30 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
 
     Returns the number of steps taken.
     """
-    w, s, o, member = task.worker[0], lanes.states[lane], lanes.records[lane], lanes.members[lane]
-    work, before = single.work, s.n_accepted
-    kernel, status = task.addresses[ADVANCE], RUNNING
+    w = task.worker[0]
+    s = lanes.states[lane]
+    o = lanes.records[lane]
+    member = lanes.members[lane]
+    work = single.work
+    before = s.n_accepted
+    kernel = task.addresses[ADVANCE]
+    status = RUNNING
     if w.vector:
         from_lane(w, lanes, single, results.folded[member], lane)
         set_parameters(single.places, task.values, member, 0)
-        kernel, status, budget = task.addresses[ALREADY], int(lanes.fields[STATUS, lane]), 1
+        kernel = task.addresses[ALREADY]
+        status = int(lanes.fields[STATUS, lane])
+        budget = 1
         if status == LEFT:
-            kernel, status = task.addresses[SCALAR], RUNNING
+            kernel = task.addresses[SCALAR]
+            status = RUNNING
             s.order = 0  # the rows may hold the matrix of another trajectory
         elif status <= FINISHED:
             s.n_accepted -= 1
     if w.extrema or len(folds) > 0:
         budget = 1  # after each step, `watch` leaves the interpolant in d for the extrema
-    before, left = s.n_accepted, w.max_steps - s.n_accepted
+    before = s.n_accepted
+    left = w.max_steps - s.n_accepted
     if status <= FINISHED:
         steps = budget if budget < left else int(left)
         status = watch_lane(task, lanes, single, room, results.y_eval[member], kernel, lane, steps)
@@ -196,10 +209,14 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
 @njit(**INTERNAL)
 def _begin(task, lanes, single, room, best, lane):
     """Prepare the state and the rows of one trajectory; return RUNNING or the failure."""
-    w, work, states, events = task.worker[0], single.work, lanes.states, lanes.events[lane]
+    w = task.worker[0]
+    work = single.work
+    states = lanes.states
+    events = lanes.events[lane]
     member = lanes.members[lane]
     states[lane], lanes.records[lane] = task.state[0], task.record[0]
-    segments, s = segments_of(task, room, member), states[lane]
+    segments = segments_of(task, room, member)
+    s = states[lane]
     if len(segments) > 0:
         s.t = s.t_old = segments[0, 0]
         s.t_end = s.t_stop = segments[0, 1]
@@ -207,7 +224,8 @@ def _begin(task, lanes, single, room, best, lane):
         own = task.schedules[member if len(task.schedules) > 1 else 0]
         lanes.schedules[lane, i] = own[i]
     set_parameters(single.places, task.values, member, 0)
-    start, finite = task.y0[member if len(task.y0) > 1 else 0], True
+    start = task.y0[member if len(task.y0) > 1 else 0]
+    finite = True
     for j in range(work.shape[1]):
         work[Y, j] = work[Y_OLD, j] = start[j]
         for row in range(K, work.shape[0]):
@@ -239,8 +257,11 @@ def _give_up(task, lanes, single, results, lane):
 @njit(**INTERNAL)
 def _end(task, lanes, single, results, lane, status):
     """Store the result of a trajectory, and free its lane."""
-    s, member, work = lanes.states[lane], lanes.members[lane], single.work
-    results.t_end[member], results.status[member] = s.t, status
+    s = lanes.states[lane]
+    member = lanes.members[lane]
+    work = single.work
+    results.t_end[member] = s.t
+    results.status[member] = status
     copy_row(work[Y], results.y_end[member])
     if task.worker[0].extrema:
         note_state(results.best[member], s.t, work)

@@ -26,8 +26,11 @@ def segments_of(task, room, member):
 @njit(**INTERNAL)
 def watch_lane(task, lanes, single, room, y_eval, kernel, lane, n_steps):
     """Run `watch` for one trajectory with the stepping kernel at an address; return its status."""
-    w, one, at = task.worker[0], slice(lane, lane + 1), task.addresses
-    segments, none = segments_of(task, room, lanes.members[lane]), room.t[:0]
+    w = task.worker[0]
+    one = slice(lane, lane + 1)
+    at = task.addresses
+    segments = segments_of(task, room, lanes.members[lane])
+    none = room.t[:0]
     own = kernel, at[DENSE_ROWS], w.fsal_stage, w.project, at[START], w.order
     return invoke(
         at[WATCH],
@@ -60,8 +63,11 @@ def act_at_start(task, lanes, single, room, results, found, lane):
 
     Returns a status.
     """
-    w, o, member = task.worker[0], lanes.records[lane], lanes.members[lane]
-    kernel, y_eval = task.addresses[ALREADY], results.y_eval[member]
+    w = task.worker[0]
+    o = lanes.records[lane]
+    member = lanes.members[lane]
+    kernel = task.addresses[ALREADY]
+    y_eval = results.y_eval[member]
     status = watch_lane(task, lanes, single, room, y_eval, kernel, lane, 0)
     keep_events(w, o, room, found, results.t_first[member], member)
     return status

@@ -20,7 +20,8 @@ def shape_of(context, builder, ty, array):
 
 def borrowed(context, builder, ty, data, shape, strides=None):
     """A C-contiguous array over memory that belongs to the caller."""
-    model, size = context.data_model_manager[ty], None
+    model = context.data_model_manager[ty]
+    size = None
     item = context.get_abi_sizeof(context.get_data_type(ty.dtype))
     if strides is None:
         strides = [context.get_constant(types.intp, item)]

@@ -34,7 +34,8 @@ INLINED = {**INTERNAL, "forceinline": True}
 @contextlib.contextmanager
 def jit_enabled():
     """A context in which decorators compile although NUMBA_DISABLE_JIT is set."""
-    before, config.DISABLE_JIT = config.DISABLE_JIT, 0
+    before = config.DISABLE_JIT
+    config.DISABLE_JIT = 0
     try:
         yield
     finally:

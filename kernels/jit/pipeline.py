@@ -71,7 +71,8 @@ class _LeanLower(Lower):
         pass
 
     def lower_getitem(self, resty, expr, value, index, signature):
-        array, indices = self.typeof(value.name), _integers(signature.args[1])
+        array = self.typeof(value.name)
+        indices = _integers(signature.args[1])
         if not self._plain(array, indices):
             return super().lower_getitem(resty, expr, value, index, signature)
         found = self.loadvar(value.name)
@@ -82,10 +83,12 @@ class _LeanLower(Lower):
         return self._part(array, found, resty, place, len(indices))
 
     def lower_setitem(self, target_var, index_var, value_var, signature):
-        array, indices = self.typeof(target_var.name), _integers(signature.args[1])
+        array = self.typeof(target_var.name)
+        indices = _integers(signature.args[1])
         if not self._plain(array, indices) or len(indices) != array.ndim:
             return super().lower_setitem(target_var, index_var, value_var, signature)
-        context, builder = self.context, self.builder
+        context = self.context
+        builder = self.builder
         kind = self.typeof(value_var.name)
         value = context.cast(builder, self.loadvar(value_var.name), kind, signature.args[2])
         value = context.cast(builder, value, signature.args[2], array.dtype)
@@ -107,7 +110,9 @@ class _LeanLower(Lower):
 
     def _place(self, array, value, indices, index, kind):
         """The address of an element, or of the first element of a part; Numba's arithmetic."""
-        context, builder, at = self.context, self.builder, None
+        context = self.context
+        builder = self.builder
+        at = None
         given = context.cast(builder, self.loadvar(index.name), self.typeof(index.name), kind)
         several = isinstance(kind, types.BaseTuple)
         for axis in range(array.ndim):
@@ -121,7 +126,8 @@ class _LeanLower(Lower):
 
     def _counted(self, array, value, axis, kind, index):
         """An index from the start of its axis: negative indices count from the end."""
-        context, builder = self.context, self.builder
+        context = self.context
+        builder = self.builder
         index = context.cast(builder, index, kind, types.intp if kind.signed else types.uintp)
         if not kind.signed:
             return index

@@ -12,14 +12,18 @@ from .method import stability_polynomial
 from .within_steps import nodes_of, of_data
 
 # The limit of stability is searched along rays; |R| may exceed 1 by GROWTH, which no step notices.
-ANGLES, FINEST, FARTHEST, GROWTH = 36, 0.02, 12.0, 1e-3
+ANGLES = 36
+FINEST = 0.02
+FARTHEST = 12.0
+GROWTH = 1e-3
 # The angle of an eigenvalue is taken so much nearer to the imaginary axis, where pairs are least
 # stable: it is measured from one cotangent, in which several modes are left.
 ASIDE = math.pi / 12
 ROUNDING = 1e-9  # of the trace of a step
 # How far a step that is found again may end from the known end: Radau's iteration leaves a share of
 # the tolerance, that of the Gauss methods rounding errors.
-NEAR, NEAR_BY_ITERATION = 10.0, 1e-6
+NEAR = 10.0
+NEAR_BY_ITERATION = 1e-6
 OSCILLATES = -0.5  # cosine of q'' and q below which the motion of q'' = a(t, q) oscillates
 
 
@@ -209,11 +213,14 @@ class Memory(NamedTuple):
 def table_of(name):
     """The Table of a method."""
     given: Any = BY_NAME[name].tableau
-    s, n = len(given["b"]), len(given["a"])
+    s = len(given["b"])
+    n = len(given["a"])
     a = np.zeros((n, n))
     for i, row in enumerate(given["a"]):
         a[i, : len(row)] = row.floats
-    weights, begin, end = a[s], np.zeros(n), np.zeros(n)
+    weights = a[s]
+    begin = np.zeros(n)
+    end = np.zeros(n)
     begin[0] = end[s] = 1.0
     dense = [weights, begin - weights, 2 * weights - begin - end]
     dense += [np.pad(row.floats, (0, n - len(row))) for row in given["d"]]
@@ -322,7 +329,8 @@ def stable_kicks(name, cosine):
 
 @functools.cache
 def _stable_kicks(name):
-    table, z = kicks_of(name), np.arange(FINEST, FARTHEST, FINEST)
+    table = kicks_of(name)
+    z = np.arange(FINEST, FARTHEST, FINEST)
     flow = np.tile(np.eye(2), (len(z), 1, 1))
     drifts = np.append(table.drifts, 0.0)
     for kick, drift in zip(table.kicks, drifts, strict=True):

@@ -17,9 +17,11 @@ def sum_of_squares_of_pairs(error, y, y_new, rtol, atol):
     """Sum of |error|^2 / (atol + rtol max(|y|, |y_new|))^2 over the complex components."""
     total = 0.0
     for i in range(0, len(error), 2):
-        before, after = np.hypot(y[i], y[i + 1]), np.hypot(y_new[i], y_new[i + 1])
+        before = np.hypot(y[i], y[i + 1])
+        after = np.hypot(y_new[i], y_new[i + 1])
         scale = atol[i] + larger(before, after) * rtol[i]
-        real, imag = error[i] / scale, error[i + 1] / scale
+        real = error[i] / scale
+        imag = error[i + 1] / scale
         total += real * real + imag * imag
     return total
 
@@ -38,7 +40,8 @@ def _scaled_rms_of_pairs(values, work):
     total = 0.0
     for i in range(0, len(values), 2):
         scale = work[ATOL, i] + np.hypot(work[Y, i], work[Y, i + 1]) * work[RTOL, i]
-        real, imag = values[i] / scale, values[i + 1] / scale
+        real = values[i] / scale
+        imag = values[i + 1] / scale
         total += real * real + imag * imag
     return np.sqrt(total / (len(values) // 2))
 

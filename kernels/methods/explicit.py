@@ -25,7 +25,8 @@ def one_estimate(table, norm):
 
     A derivative at the end that is not finite makes the error NaN: no step begins there.
     """
-    error, mean = Row.of(table.errors[0].exact, to_the_end=True), norm.mean
+    error = Row.of(table.errors[0].exact, to_the_end=True)
+    mean = norm.mean
 
     @njit(**INLINED)
     def estimate(u, h, k, y, y_new, rtol, atol):
@@ -36,7 +37,8 @@ def one_estimate(table, norm):
 
 def read_off(name, table, **orders):
     """The orders of a method, which are checked, and the fields that follow from its table."""
-    s, (times, extra) = len(table.b), table.extra
+    s = len(table.b)
+    times, extra = table.extra
     tableau = {
         "c": Row.of((0, *table.stages[0].exact, 1, *times.exact)),
         "a": (Row(), *table.stages[1], table.b, *extra),
@@ -78,7 +80,8 @@ def pair(name, table, estimate=one_estimate, *, order, error_order, dense_order,
     fields = read_off(name, table, **orders) | {"start": first_step.hairer} | matlabs
 
     def looped(loop, norm):
-        step, s = write_step(name, table, estimate(table, norm)), len(table.b)
+        step = write_step(name, table, estimate(table, norm))
+        s = len(table.b)
         return partial(loop, step, control, -1 / (error_order + 1), s)
 
     found = method(

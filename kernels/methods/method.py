@@ -205,7 +205,8 @@ def method(name, *, start, dense_rows, **fields):
 
 def _place(function):
     """The name of a function behind that of its module; alone if a call has made the function."""
-    name, module = function.py_func.__name__, function.py_func.__module__
+    name = function.py_func.__name__
+    module = function.py_func.__module__
     if getattr(sys.modules[module], name, None) is not function:
         return name
     return f"{module.partition('kernels.')[2]}.{name}"
@@ -240,7 +241,8 @@ def stability_polynomial(tableau):
     """
     s = len(tableau["b"])
     a = np.array([np.pad(row.floats, (0, s - len(row))) for row in tableau["a"][:s]])
-    b, powers = np.array(tableau["b"].floats), np.ones(s)
+    b = np.array(tableau["b"].floats)
+    powers = np.ones(s)
     coefficients: list[Any] = [1.0]
     for _ in range(s):
         coefficients.append(b @ powers)

@@ -64,7 +64,8 @@ class Conditions:
 
     def __init__(self, tableau, accuracy, number=float):
         self.n, self.fsal_stage = len(tableau["a"]), len(tableau["b"])
-        self.accuracy, self.number = accuracy, number
+        self.accuracy = accuracy
+        self.number = number
         self.a = np.array([self._padded(row) for row in tableau["a"]])
         self._sizes = abs(self.a).astype(float)
         self.b = self._padded(tableau["b"])
@@ -81,9 +82,11 @@ class Conditions:
 
     def _stage_weights(self, tree):
         """Product over subtrees of sum(a_ij Phi_j) for each stage i, and the same of |a_ij|."""
-        exact, bound = np.array([self.number(1)] * self.n), np.ones(self.n)
+        exact = np.array([self.number(1)] * self.n)
+        bound = np.ones(self.n)
         for inner, outer in map(self._stage_weights, tree):
-            exact, bound = exact * (self.a @ inner), bound * (self._sizes @ outer)
+            exact = exact * (self.a @ inner)
+            bound = bound * (self._sizes @ outer)
         return exact, bound
 
     def order(self, b, sizes=None, x=1, most=10):
@@ -107,7 +110,9 @@ class Conditions:
 
     def interpolant(self, x):
         """The weights b_i(x) of the dense output, and their `sizes`."""
-        first, final, rise = self.unit(0), self.unit(self.fsal_stage), abs(self.b)
+        first = self.unit(0)
+        final = self.unit(self.fsal_stage)
+        rise = abs(self.b)
         rows = [self.b, first - self.b, 2 * self.b - first - final, *self.extra]
         sizes = [rise, first + rise, 2 * rise + first + final, *map(abs, self.extra)]
         shares = [math.prod([x, 1 - x][i % 2] for i in range(j + 1)) for j in range(len(rows))]

@@ -57,9 +57,11 @@ def _without_zeros(row):
 
 def _stages(first, times, rows):
     """The lines of stages, and their rows by name."""
-    lines, names = [], {}
+    lines = []
+    names = {}
     for i, (*c, row) in enumerate(zip(times.exact, times.shown, rows, strict=True), first):
-        time, names[f"A{i}"] = _time(*c), _without_zeros(row)
+        time = _time(*c)
+        names[f"A{i}"] = _without_zeros(row)
         lines += [
             "",
             *_comment(f"k{i} = f({time.replace(' * ', ' ')}, y + h ({_sum(row)}))"),
@@ -99,9 +101,11 @@ def write_step(name, table, estimate=None):
     ]
     names["B"] = _without_zeros(table.b)
     if estimate is None:
-        parameters, lines = "compensation, block, form, work", [*lines, "return y_new, k"]
+        parameters = "compensation, block, form, work"
+        lines = [*lines, "return y_new, k"]
     else:
-        parameters, names["estimate"] = "block, form, work, rtol, atol", estimate
+        parameters = "block, form, work, rtol, atol"
+        names["estimate"] = estimate
         lines.append("")
         for e in table.errors:
             lines += _comment(f"error = h ({_sum(e)})")
@@ -111,7 +115,8 @@ def write_step(name, table, estimate=None):
 
 def write_dense_rows(name, table):
     """The `dense_rows` of a method; the work array holds the stages of the step."""
-    n, (times, rows) = len(table.b) + 1, table.extra
+    n = len(table.b) + 1
+    times, rows = table.extra
     stages, names = _stages(n + 1, times, rows)
     used = {j for row in (*rows, *table.d) for j, a in enumerate(row.exact[:n]) if a}
     lines = ["form = None", "place, y = slot(form, work, STAGE), slot(form, work, Y_OLD)"]

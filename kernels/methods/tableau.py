@@ -119,8 +119,10 @@ class Table:
                 raise TypeError(
                     f"{name} is a tuple of Rows, got one Row: write ({name[0].upper()},)"
                 )
-        (times, stages), (later, extra) = self.stages, self.extra
-        s, each = len(stages) + 1, "one for each stage"
+        times, stages = self.stages
+        later, extra = self.extra
+        s = len(stages) + 1
+        each = "one for each stage"
         self._check("b", self.b, s, each, 1)
         for first, c, rows in (2, times, stages), (s + 2, later, extra):
             for i, (row, time, word) in enumerate(zip(rows, c.exact, c.shown, strict=True), first):
@@ -137,7 +139,8 @@ class Table:
             raise TypeError(f"{what} is a Row, got {row!r}")
         if len(row) != n:
             raise ValueError(f"{what} has {len(row)} coefficients instead of {n}, {each}: {row}")
-        found, sizes = sum(row.exact), sum(map(abs, row.exact))
+        found = sum(row.exact)
+        sizes = sum(map(abs, row.exact))
         if not sizes:
             raise ValueError(f"{what} has no coefficient but zeros")
         if abs(found - total) > self.accuracy * (sizes + abs(total)):

@@ -74,16 +74,15 @@ def of_data(m):
 def write_dense_rows(name, make_step, velocity, n_stages, m):
     """The `dense_rows` of a method of kicks and drifts; `velocity` computes those of a pair."""
     nodes, matrix, last = nodes_of(m), weights(m), K + 1
-    step, is_pair = make_step(velocity), velocity.__name__ != "itself"
+    step = make_step(velocity)
+    is_pair = velocity.__name__ != "itself"
 
     @njit(**INTERNAL)
     def dense_rows(rhs, t, h, work, block, d):
         short = work[K + OWN :]  # others may have rows behind
-        y_old, slope, nothing = (
-            slot(None, work, Y_OLD),
-            slot(None, work, K),
-            slot(None, short, Y_OLD),
-        )
+        y_old = slot(None, work, Y_OLD)
+        slope = slot(None, work, K)
+        nothing = slot(None, short, Y_OLD)
         if is_pair:  # no step needs the velocities at its ends
             for y, at, time in ((Y_OLD, K, t), (Y, last, t + h)):
                 _, p = halves(slot(None, work, y))
@@ -108,7 +107,8 @@ def write_dense_rows(name, make_step, velocity, n_stages, m):
                 bend = d[F + 1, i] + x * d[F + 2, i]
                 value = d[0, i] + x * (d[F, i] + (1.0 - x) * bend)
                 rise = d[F, i] + (1.0 - 2.0 * x) * bend + x * (1.0 - x) * d[F + 2, i]
-                lacks, falls = short[Y, i] - value, h * short[last, i] - rise
+                lacks = short[Y, i] - value
+                falls = h * short[last, i] - rise
                 for j in range(2 * m):
                     d[F + 3 + j, i] += matrix[j, 2 * k] * lacks + matrix[j, 2 * k + 1] * falls
         return m * n_stages

@@ -50,7 +50,8 @@ def euler_maruyama(functions):
     Source: Maruyama, Continuous Markov processes and stochastic equations, Rend. Circ. Mat. Palermo
     4 (1955).  Order 0.5 on paths, 1 in moments.
     """
-    drift, spread = functions.drift, functions.spread
+    drift = functions.drift
+    spread = functions.spread
 
     @njit(**INLINED)
     def step(t, y, k, h, noise, block, form, of_noise, work):
@@ -70,7 +71,8 @@ def heun(functions):
     Source: Rumelin, Numerical treatment of stochastic differential equations, SIAM J. Numer. Anal.
     19 (1982).  Order 0.5 on paths, 1 if the noise commutes.
     """
-    drift, spread = functions.drift, functions.spread
+    drift = functions.drift
+    spread = functions.spread
 
     @njit(**INLINED)
     def step(t, y, k, h, noise, block, form, of_noise, work):
@@ -100,8 +102,12 @@ def milstein(functions):
     Source: Milstein, Approximate integration of stochastic differential equations, Theory Probab.
     Appl. 19 (1974).  Order 1 on paths.  ``functions.along(t, y, block)`` gives g dg/dy.
     """
-    drift, diffusion, along = functions.drift, functions.diffusion, functions.along
-    spread, one_source, ito = functions.spread, functions.one_source, functions.ito
+    drift = functions.drift
+    diffusion = functions.diffusion
+    along = functions.along
+    spread = functions.spread
+    one_source = functions.one_source
+    ito = functions.ito
 
     @njit(**INLINED)
     def step(t, y, k, h, noise, block, form, of_noise, work):
@@ -148,7 +154,8 @@ def sra1(functions):
     differential equations, SIAM J. Numer. Anal. 48 (2010), table 6.3.  Order 1.5 on paths, 2 in
     moments.
     """
-    drift, spread = functions.drift, functions.spread
+    drift = functions.drift
+    spread = functions.spread
 
     @njit(**INLINED)
     def step(t, y, k, h, noise, block, form, of_noise, work):
@@ -188,8 +195,10 @@ def platen(functions):
     Source: Kloeden, Platen, Numerical Solution of Stochastic Differential Equations (1992),
     equation (15.1.1).
     """
-    drift, diffusion = functions.drift, functions.diffusion
-    spread, one_source = functions.spread, functions.one_source
+    drift = functions.drift
+    diffusion = functions.diffusion
+    spread = functions.spread
+    one_source = functions.one_source
 
     @njit(**INLINED)
     def step(t, y, k, h, noise, block, form, of_noise, work):

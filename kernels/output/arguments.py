@@ -57,7 +57,9 @@ class Kernels(NamedTuple):
 
 # In `keeps`: `project` sets negative components to 0; the domain is checked at the end of a step;
 # the domain is checked within a step.
-CLIPS, CHECKS, WITHIN = 1, 2, 4
+CLIPS = 1
+CHECKS = 2
+WITHIN = 4
 
 
 class Output(NamedTuple):

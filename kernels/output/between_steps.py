@@ -157,7 +157,8 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
 @njit(**INTERNAL)
 def _advance(kernels, solve, output, n_steps):
     """Take at most `n_steps` steps, up to the next snapshot, if `most_between` allows a step."""
-    s, o = solve.state[0], output.record[0]
+    s = solve.state[0]
+    o = output.record[0]
     if o.most_between > 0:
         n_steps = min(n_steps, o.n_before + o.most_between - s.n_accepted)
         if n_steps == 0:
@@ -284,7 +285,8 @@ def _ends(o, t_eval, t):
 @njit(**INTERNAL)
 def _store_step(kernels, solve, output, acts, scratch, t, reached, d, h):
     """Store the end of a step; False if the projection raised."""
-    s, o = solve.state[0], output.record[0]
+    s = solve.state[0]
+    o = output.record[0]
     if o.dense != 0 and o.n_total > 1 and o.t_last == t:
         o.n_dense -= 1
         return True

@@ -53,8 +53,10 @@ def keep_inside(kernels, solve, d, scratch):
 
     The memory d of a polynomial is overwritten.
     """
-    s, work = solve.state[0], solve.work
-    y, found = work[Y], KEPT
+    s = solve.state[0]
+    work = solve.work
+    y = work[Y]
+    found = KEPT
     if kernels.keeps & CLIPS:
         if not evaluate(kernels.project, s.t, slot(None, work, Y), scratch[0]):
             return RAISES
@@ -64,7 +66,8 @@ def keep_inside(kernels, solve, d, scratch):
         for i in range(len(y)):
             if scratch[0, i] != y[i]:
                 s.cut += (scratch[0, i] - y[i]) / work[ATOL, i]
-                y[i], found = scratch[0, i], CHANGED
+                y[i] = scratch[0, i]
+                found = CHANGED
     if kernels.keeps & CHECKS:
         if not evaluate(kernels.inside, s.t, slot(None, work, Y), scratch[0]):
             return RAISES
@@ -90,7 +93,9 @@ def _clings(kernels, solve, scratch):
     leaves the domain; an example is y_1 = y_0 - h sqrt(y_1).  The run would crawl along the border,
     and the first trial of each step would be rejected.
     """
-    s, work, steepest = solve.state[0], solve.work, 0.0
+    s = solve.state[0]
+    work = solve.work
+    steepest = 0.0
     rate = slot(None, work, K + kernels.fsal_stage)
     if solve.block[MASS] != 0:
         rate = scratch[0]
@@ -110,7 +115,8 @@ def _clings(kernels, solve, scratch):
 @njit(**INTERNAL)
 def _take_back(kernels, solve):
     """Reject the last step; a method begins anew with half of the step at most."""
-    s, work = solve.state[0], solve.work
+    s = solve.state[0]
+    work = solve.work
     h = 0.5 * abs(s.t - s.t_old)
     copy_row(work[Y_OLD], work[Y])
     s.t = s.t_old
@@ -128,12 +134,14 @@ def _begin_anew(kernels, solve, h):
 
     A method that looks back at more than one step chooses its step as at the start of a solve.
     """
-    s, work = solve.state[0], solve.work
+    s = solve.state[0]
+    work = solve.work
     for i in range(K, work.shape[0]):
         for j in range(work.shape[1]):
             work[i, j] = 0.0
     s.order = s.n_equal = 0
-    s.h_old, s.t_old = 0.0, s.t
+    s.h_old = 0.0
+    s.t_old = s.t
     if kernels.n_past == 0:
         s.h = h
         return derive(solve, kernels.fsal_stage)
@@ -179,7 +187,9 @@ def settle(kernels, solve, scratch):
 
     Returns False if the function raised.
     """
-    s, work, first = solve.state[0], solve.work, kernels.past
+    s = solve.state[0]
+    work = solve.work
+    first = kernels.past
     if s.t == s.t_old:  # behind a jump
         return True
     if kernels.n_past > 0:
@@ -200,7 +210,9 @@ def at_border(kernels, solve, scratch, status):
         return status
     if status == BAD_JACOBIAN and kernels.keeps & CHECKS and _clings(kernels, solve, scratch):
         return BORDER  # the border is nearer than the differences reach
-    s, work, y = solve.state[0], solve.work, slot(None, solve.work, Y)
+    s = solve.state[0]
+    work = solve.work
+    y = slot(None, solve.work, Y)
     rate = slot(None, work, STAGE)
     if solve.block[MASS] != 0:
         rates_of(solve.block[MASS], s.t, y, rate)
@@ -242,7 +254,9 @@ def leaves_within(kernels, solve, d, scratch):
             least = _least(kernels, solve, d, scratch, i / PARTS, (i + 1) / PARTS)
             if not least > 0.0:
                 return least
-        before, left, right = left, right, after
+        before = left
+        left = right
+        right = after
     return 1.0
 
 
@@ -259,20 +273,25 @@ def _inside(kernels, solve, d, scratch, x):
 @njit(**INTERNAL)
 def _least(kernels, solve, d, scratch, a, b):
     """The least value of the function in [a, b], or the first value that is not positive."""
-    left, right = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
+    left = b - GOLDEN * (b - a)
+    right = a + GOLDEN * (b - a)
     at_left = _inside(kernels, solve, d, scratch, left)
     at_right = _inside(kernels, solve, d, scratch, right)
     for _ in range(SECTIONS):
         if at_left < at_right:
             if not at_left > 0.0:
                 return at_left
-            b, right, at_right = right, left, at_left
+            b = right
+            right = left
+            at_right = at_left
             left = b - GOLDEN * (b - a)
             at_left = _inside(kernels, solve, d, scratch, left)
         else:
             if not at_right > 0.0:
                 return at_right
-            a, left, at_left = left, right, at_right
+            a = left
+            left = right
+            at_left = at_right
             right = a + GOLDEN * (b - a)
             at_right = _inside(kernels, solve, d, scratch, right)
     return min(at_left, at_right)

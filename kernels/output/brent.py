@@ -33,15 +33,18 @@ def crossing(event, d, t_from, t_new, t_old, h, y, out):
     a step of length h.  If the function has one sign at both ends (a step so short that the ends
     coincide, a crossing behind a breakpoint), the result is the end with the smaller value.
     """
-    a, b = t_from, t_new
-    fa, fb = value(event, d, t_old, h, a, y, out), value(event, d, t_old, h, b, y, out)
+    a = t_from
+    b = t_new
+    fa = value(event, d, t_old, h, a, y, out)
+    fb = value(event, d, t_old, h, b, y, out)
     if fa == 0.0:
         return a
     if fb == 0.0:
         return b
     if (fa > 0.0) == (fb > 0.0):
         return a if abs(fa) < abs(fb) else b
-    c, fc = a, fa
+    c = a
+    fc = fa
     step = previous = b - a
     for _ in range(N_ITERATIONS):
         if abs(fc) < abs(fb):  # keep the best point in b, its bracket in c
@@ -56,23 +59,28 @@ def crossing(event, d, t_from, t_new, t_old, h, y, out):
         else:
             s = fb / fa
             if a == c:  # secant
-                p, q = 2.0 * middle * s, 1.0 - s
+                p = 2.0 * middle * s
+                q = 1.0 - s
             else:  # inverse quadratic
-                u, v = fa / fc, fb / fc
+                u = fa / fc
+                v = fb / fc
                 p = s * (2.0 * middle * u * (u - v) - (b - a) * (v - 1.0))
                 q = (u - 1.0) * (v - 1.0) * (s - 1.0)
             if p > 0.0:
                 q = -q
             p = abs(p)
             if 2.0 * p < min(3.0 * middle * q - abs(tolerance * q), abs(previous * q)):
-                previous, step = step, p / q
+                previous = step
+                step = p / q
             else:
                 step = previous = middle
-        a, fa = b, fb
+        a = b
+        fa = fb
         b += step if abs(step) > tolerance else (tolerance if middle > 0.0 else -tolerance)
         fb = value(event, d, t_old, h, b, y, out)
         if (fb > 0.0) == (fc > 0.0):
-            c, fc = a, fa
+            c = a
+            fc = fa
             step = previous = b - a
     return b
 
@@ -86,7 +94,8 @@ def crossing_from_zero(event, sign, d, t_from, t_new, t_old, h, y, out):
     """
     t = t_new
     while not raised(event):
-        end, t = t, t_from + 0.5 * (t - t_from)
+        end = t
+        t = t_from + 0.5 * (t - t_from)
         if t == t_from or t == end:
             break
         g = value(event, d, t_old, h, t, y, out)

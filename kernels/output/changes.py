@@ -13,7 +13,8 @@ from ..state.record import RUNNING
 
 POINTS = 3  # on each side of a time, at which the function is evaluated
 STATE = 2 * POINTS  # the row behind those of the points, a state that no number uses
-KEPT, SHARP = 1.0, 2.0
+KEPT = 1.0
+SHARP = 2.0
 
 
 class Limits(NamedTuple):
@@ -66,7 +67,8 @@ def _ranges(block, limits, t, rows, ranges):
 def _change(limits, t, i, f, size):
     """The jump and the bend of one number at a time, as shares of a size."""
     left, right = _lengths(limits, t, i)
-    before, behind = 3.0 * (f[2] - f[1]) + f[0], 3.0 * (f[3] - f[4]) + f[5]
+    before = 3.0 * (f[2] - f[1]) + f[0]
+    behind = 3.0 * (f[3] - f[4]) + f[5]
     jump = abs(behind - before) / size
     slope = (5.0 * f[2] - 8.0 * f[1] + 3.0 * f[0]) / (2.0 * limits.near * left)
     other = (-5.0 * f[3] + 8.0 * f[4] - 3.0 * f[5]) / (2.0 * limits.near * right)
@@ -98,17 +100,22 @@ def decide(block, limits, t, weight, ends, rows, ranges, marks):
     """
     if len(t) > 0:
         _ranges(block, limits, t, rows, ranges)
-    total, sharp_total, share = 0.0, 0.0, np.sqrt(limits.chord / limits.sharp)
+    total = 0.0
+    sharp_total = 0.0
+    share = np.sqrt(limits.chord / limits.sharp)
     for i in range(len(t)):
         _beside(block, limits, t, i, rows)
-        jump, bend = 0.0, 0.0
+        jump = 0.0
+        bend = 0.0
         for j in range(rows.shape[1]):
             f = (rows[0, j], rows[1, j], rows[2, j], rows[3, j], rows[4, j], rows[5, j])
             one, other = _change(limits, t, i, f, ranges[1, j] - ranges[0, j])
-            jump, bend = max(jump, one), max(bend, other)
+            jump = max(jump, one)
+            bend = max(bend, other)
         own = np.sqrt((bend if bend > limits.noise else 0.0) / (8.0 * limits.chord))
         own = max(own, weight[i])
-        before, sharp_before = total, sharp_total
+        before = total
+        sharp_before = sharp_total
         total += own
         sharp_total += own * share
         marks[i] = 0.0
@@ -124,7 +131,8 @@ def decide(block, limits, t, weight, ends, rows, ranges, marks):
             by_pointer(ends[i] + k * inwards, rows[STATE], block, rows[k])
         marks[len(t) + i] = 0.0
         for j in range(rows.shape[1]):
-            there, limit = rows[0, j], 2.0 * rows[1, j] - rows[2, j]
+            there = rows[0, j]
+            limit = 2.0 * rows[1, j] - rows[2, j]
             if not abs(there - limit) <= limits.noise * max(abs(there), abs(limit)):
                 marks[len(t) + i] = KEPT
     return RUNNING

@@ -39,7 +39,8 @@ def hermite(h, fsal_stage, work, d):
     """Fill y_old, F0, F1 and F2 in the rows of d; stages 0 and `fsal_stage` are the slopes."""
     for i in range(d.shape[1]):
         rise = work[Y, i] - work[Y_OLD, i]
-        first, final = work[K, i], work[K + fsal_stage, i]
+        first = work[K, i]
+        final = work[K + fsal_stage, i]
         d[0, i] = work[Y_OLD, i]
         d[F, i] = rise
         d[F + 1, i] = h * first - rise
@@ -49,7 +50,9 @@ def hermite(h, fsal_stage, work, d):
 @njit(**INTERNAL)
 def polynomial(d, x, out):
     """The value at x in [0, 1], written to `out` of length n."""
-    n, last, numbers = d.shape[1], d.shape[0] - 1, numbers_of(d)
+    n = d.shape[1]
+    last = d.shape[0] - 1
+    numbers = numbers_of(d)
     whole = n - n % WIDTH
     for i in range(0, whole, WIDTH):
         total = vector_at(VECTOR, numbers, last * n + i) + 0.0
@@ -69,8 +72,11 @@ def polynomials(d, t_old, h, times, first, end, out):
 
     Four times at once, with the bits of `polynomial`: the sums of one time wait for each other.
     """
-    n, last, numbers = d.shape[1], d.shape[0] - 1, numbers_of(d)
-    whole, lanes = n - n % WIDTH, _lanes()
+    n = d.shape[1]
+    last = d.shape[0] - 1
+    numbers = numbers_of(d)
+    whole = n - n % WIDTH
+    lanes = _lanes()
     while end - first >= WIDTH:
         x = (vector_at(VECTOR, times, first) - t_old) / h
         keep_vector(VECTOR, lanes, 0, x)
@@ -94,11 +100,16 @@ def _four(d, numbers, last, x0, x1, x2, x3, i, out, first):
     """The values of the components from i on at four places of the step."""
     n = d.shape[1]
     row = vector_at(VECTOR, numbers, last * n + i) + 0.0
-    v0, v1, v2, v3 = row, row, row, row
+    v0 = row
+    v1 = row
+    v2 = row
+    v3 = row
     for j in range(last, 0, -1):
         row = vector_at(VECTOR, numbers, (j - 1) * n + i)
-        v0, v1 = row + v0 * _factor(x0, j), row + v1 * _factor(x1, j)
-        v2, v3 = row + v2 * _factor(x2, j), row + v3 * _factor(x3, j)
+        v0 = row + v0 * _factor(x0, j)
+        v1 = row + v1 * _factor(x1, j)
+        v2 = row + v2 * _factor(x2, j)
+        v3 = row + v3 * _factor(x3, j)
     place = numbers_of(out)
     keep_vector(VECTOR, place, first * n + i, v0)
     keep_vector(VECTOR, place, (first + 1) * n + i, v1)
@@ -162,7 +173,8 @@ def _found(spans, count, t, hint):
             return hint
         if hint + 2 == count or t < spans[hint + 2, 0]:
             return hint + 1
-    low, high = 0, count
+    low = 0
+    high = count
     while high - low > 1:
         middle = (low + high) // 2
         if spans[middle, 0] <= t:

@@ -54,7 +54,8 @@ def evaluate_all(events, t, y, scratch):
 def accept(events):
     """Let the next step begin with the values at the end of this step."""
     for i in range(len(events)):
-        events[i].g, events[i].begins = events[i].g_new, PLAIN
+        events[i].g = events[i].g_new
+        events[i].begins = PLAIN
 
 
 @njit(**INTERNAL)
@@ -65,7 +66,9 @@ def open_events(events, t, y, scratch):
     accept(events)
     for i in range(len(events)):
         e = events[i]
-        e.count, e.t_jump, e.t_last = 0, np.nan, e.last
+        e.count = 0
+        e.t_jump = np.nan
+        e.t_last = e.last
     return RUNNING
 
 
@@ -136,7 +139,8 @@ def note(o, events, i, root, t, t_old, meets, end):
         root = t_old
         if e.begins == LEAVES and e.jump == 0:
             return end
-    events.index[end], events.t[end] = i, root
+    events.index[end] = i
+    events.t[end] = root
     return end + 1
 
 
@@ -146,7 +150,9 @@ def settle(kernels, solve, output, events, scratch, t, d, end, meets, acts):
 
     Returns this event, NONE, FAILED or ENDLESS.
     """
-    s, o, table = solve.state[0], output.record[0], events.table
+    s = solve.state[0]
+    o = output.record[0]
+    table = events.table
     first = o.n_events
     _sort(events, first, end, s.direction)
     end = _drop(events, first, end)
@@ -177,11 +183,14 @@ def settle(kernels, solve, output, events, scratch, t, d, end, meets, acts):
 def _sort(events, first, end, direction):
     """Sort the notes by time; notes of one time keep their order."""
     for k in range(first + 1, end):
-        i, t, at = events.index[k], events.t[k], k
+        i = events.index[k]
+        t = events.t[k]
+        at = k
         while at > first and direction * (events.t[at - 1] - t) > 0.0:
             events.index[at], events.t[at] = events.index[at - 1], events.t[at - 1]
             at -= 1
-        events.index[at], events.t[at] = i, t
+        events.index[at] = i
+        events.t[at] = t
 
 
 @njit(**INTERNAL)
@@ -189,14 +198,16 @@ def _drop(events, first, end):
     """Drop the notes that no rule of their events lets count; return the new end of the notes."""
     n = first
     for k in range(first, end):
-        i, t = events.index[k], events.t[k]
+        i = events.index[k]
+        t = events.t[k]
         e = events.table[i]
         last = e.t_last
         for j in range(first, n):
             if events.index[j] == i:
                 last = events.t[j]
         if not abs(t - last) < e.wait:  # NaN before the first occurrence
-            events.index[n], events.t[n] = i, t
+            events.index[n] = i
+            events.t[n] = t
             n += 1
     return n
 
@@ -235,7 +246,10 @@ def _meet(events, first, n, end, d, s, scratch):
     Returns the event among them that ends the run, otherwise the event of note n; FAILED if a
     function raised; ENDLESS if events accumulate at one time.
     """
-    table, t, cut, final = events.table, events.t[n], events.index[n], NONE
+    table = events.table
+    t = events.t[n]
+    cut = events.index[n]
+    final = NONE
     h = s.t - s.t_old
     polynomial(d, (t - s.t_old) / h, scratch[0])
     if not evaluate_all(table, t, scratch[0], scratch[1]):
@@ -248,7 +262,8 @@ def _meet(events, first, n, end, d, s, scratch):
             else:
                 e.noise = e.size * (ROUNDING + near(t) / abs(h)) + APART * abs(e.g_new)
             if k >= n:
-                e.active, e.root = 1, t
+                e.active = 1
+                e.root = t
     for i in range(len(table)):
         e = table[i]
         if not e.active:
@@ -275,8 +290,10 @@ def _is_over(events, first, k):
 @njit(**INTERNAL)
 def _count_met(events, first, n, cut):
     """Store and count the events that occur together; return the new count."""
-    table, before = events.table, n
-    t, ends = table[cut].root, ends_run(table[cut])
+    table = events.table
+    before = n
+    t = table[cut].root
+    ends = ends_run(table[cut])
     for i in range(len(table)):
         e = table[i]
         if not e.active:
@@ -288,7 +305,8 @@ def _count_met(events, first, n, cut):
             e.g = e.g if e.direction == 0.0 else -SIGN * np.sign(e.direction)
         else:
             _take(e, t)
-            events.index[n], events.t[n] = i, t
+            events.index[n] = i
+            events.t[n] = t
             n += 1
     for k in range(first, before):
         if abs(events.t[k] - t) <= near(t):
@@ -315,10 +333,14 @@ def find_events(kernels, solve, output, events, scratch, t, reached, ready, d, a
 
     Returns the event that ends the step, NONE, FAILED or ENDLESS.
     """
-    s, o, table = solve.state[0], output.record[0], events.table
+    s = solve.state[0]
+    o = output.record[0]
+    table = events.table
     if not evaluate_end(solve, events, scratch, t, reached, d):
         return FAILED
-    n_active, meets, t_from = find_active(table), NEVER, s.t_old
+    n_active = find_active(table)
+    meets = NEVER
+    t_from = s.t_old
     if acts is not None:
         t_from = first_time(s, o, output.segments)
         meets = distance_to_meet(s, output.segments, events.schedules, t)

@@ -18,7 +18,8 @@ TOLERANCE = 1e-14  # of the place in a step, as a share of the step
 
 @njit(**INLINED)
 def _turns(h, y, y_new, f, f_new, top, low):
-    rise, fall = h * f, h * f_new
+    rise = h * f
+    fall = h * f_new
     bound = 0.5 * (y + y_new) + 0.25 * (rise - fall)
     over = (rise >= 0.0) & (fall <= 0.0) & (bound > top)
     under = (rise <= 0.0) & (fall >= 0.0) & (bound < low)
@@ -35,7 +36,8 @@ def turning(h, y, y_new, k, k_new, tops, lows):
 @njit(**INTERNAL)
 def _value_and_slope(d, i, x):
     """Component i of the polynomial d of a step, and its derivative with respect to x."""
-    total, slope = 0.0, 0.0
+    total = 0.0
+    slope = 0.0
     for j in range(d.shape[0] - 1, 0, -1):
         total += d[j, i]
         if (j - 1) % 2 == 0:
@@ -60,8 +62,10 @@ def _turn(d, i, a, b, fa, fb):
         if (fx > 0.0) == (fb > 0.0):
             fa *= 0.5
         else:
-            a, fa = b, fb
-        b, fb = x, fx
+            a = b
+            fa = fb
+        b = x
+        fb = fx
     return x
 
 
@@ -70,20 +74,25 @@ def note_state(best, t, work):
     """Update the extrema with the state in row Y at time t."""
     for i in range(best.shape[1]):
         if not work[Y, i] <= best[MAX, i]:
-            best[MAX, i], best[T_MAX, i] = work[Y, i], t
+            best[MAX, i] = work[Y, i]
+            best[T_MAX, i] = t
         if not work[Y, i] >= best[MIN, i]:
-            best[MIN, i], best[T_MIN, i] = work[Y, i], t
+            best[MIN, i] = work[Y, i]
+            best[T_MIN, i] = t
 
 
 @njit(**INTERNAL)
 def note_step(best, d, t_old, h, x_end):
     """Update the extrema with the interpolant d of a step between the start and x_end."""
     for i in range(best.shape[1]):
-        fa, fb = _value_and_slope(d, i, 0.0)[1], _value_and_slope(d, i, x_end)[1]
+        fa = _value_and_slope(d, i, 0.0)[1]
+        fb = _value_and_slope(d, i, x_end)[1]
         if fa * fb < 0.0:
             x = _turn(d, i, 0.0, x_end, fa, fb)
             value = _value_and_slope(d, i, x)[0]
             if value > best[MAX, i]:
-                best[MAX, i], best[T_MAX, i] = value, t_old + x * h
+                best[MAX, i] = value
+                best[T_MAX, i] = t_old + x * h
             if value < best[MIN, i]:
-                best[MIN, i], best[T_MIN, i] = value, t_old + x * h
+                best[MIN, i] = value
+                best[T_MIN, i] = t_old + x * h

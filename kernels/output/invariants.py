@@ -40,7 +40,9 @@ SURVEY = np.dtype(
 def _clear(invariants):
     for i in range(len(invariants)):
         q = invariants[i]
-        q.bin_sum, q.bin_min, q.bin_max = 0.0, np.inf, -np.inf
+        q.bin_sum = 0.0
+        q.bin_min = np.inf
+        q.bin_max = -np.inf
 
 
 @njit(**INTERNAL)
@@ -107,7 +109,8 @@ def survey(advance, solve, record, invariants, bins, scratch, n):
     int
         RUNNING, FINISHED, or a failure of the steps or of a function.
     """
-    s, r = solve.state[0], record[0]
+    s = solve.state[0]
+    r = record[0]
     while n > 0:
         before = s.n_accepted
         status = invoke(advance, (solve.state, solve.work, solve.block, r.every))

@@ -61,7 +61,8 @@ def act(kernels, solve, scratch, function, place, t):
     `place` is the index of the event of the function.  Returns RUNNING; or RAISED, BAD_JUMP,
     OUTSIDE or NEGATIVE, with the state unchanged.
     """
-    s, y = solve.state[0], slot(None, solve.work, Y)
+    s = solve.state[0]
+    y = slot(None, solve.work, Y)
     s.acted = place
     copy_row(y, scratch[0])
     if not evaluate(function, t, scratch[0], y):
@@ -116,7 +117,10 @@ def store_behind(output, t, y):
 @njit(**INTERNAL)
 def begin(kernels, solve, output, events, scratch, t):
     """Begin a solve at t, in the segment of t."""
-    s, o, work, segments = solve.state[0], output.record[0], solve.work, output.segments
+    s = solve.state[0]
+    o = output.record[0]
+    work = solve.work
+    segments = output.segments
     s.t = t
     if len(segments) > 0 and s.direction * (segments[o.i_segment, 0] - t) > 0.0:
         s.t = segments[o.i_segment, 0]
@@ -133,7 +137,9 @@ def begin(kernels, solve, output, events, scratch, t):
     for i in range(K, work.shape[0]):
         for j in range(work.shape[1]):
             work[i, j] = 0.0
-    s.t_old, s.h, s.stiff = s.t, s.h_first, 0
+    s.t_old = s.t
+    s.h = s.h_first
+    s.stiff = 0
     s.t_start = s.t - s.n_accepted * (s.direction * s.h)  # where constant steps would have begun
     start = (solve.state, work, solve.block, kernels.order, kernels.fsal_stage)
     return invoke(kernels.start, start)
@@ -146,7 +152,8 @@ def watch_from(kernels, solve, table, scratch, h):
     The function of an event that has just occurred is zero to rounding.  The event takes the next
     sign of this function, which is found by means of the derivative of the state.
     """
-    s, y = solve.state[0], slot(None, solve.work, Y)
+    s = solve.state[0]
+    y = slot(None, solve.work, Y)
     rate = slot(None, solve.work, K + kernels.fsal_stage)
     step = s.direction * max(AHEAD * abs(h), 4.0 * resolution(s.t))
     if not evaluate_all(table, s.t, y, scratch[1]):
@@ -165,7 +172,8 @@ def watch_from(kernels, solve, table, scratch, h):
                 e.repeats = e.repeats + 1 if e.begins == TOUCHES else 0
             e.t_jump = s.t
         if e.t_jump != s.t or not abs(e.g_new) <= e.noise:
-            e.g, e.begins = e.g_new, PLAIN
+            e.g = e.g_new
+            e.begins = PLAIN
             continue
         if not evaluate(e.block, s.t + step, scratch[0], scratch[1]):
             return RAISED

@@ -14,7 +14,8 @@ from .segments import end_of_span
 APART = 16  # least distance of two occurrences of one event, in uncertainties of the root
 ROUNDING = 1e-10  # share of the change of an event function that cannot be told from zero
 NEVER = -1.0  # distance within which no event meets a schedule
-MET, RAISES = 3, -1
+MET = 3
+RAISES = -1
 
 
 @njit(**INTERNAL)
@@ -60,7 +61,10 @@ def meet_schedule(kernels, solve, events, d, t, ahead, by_rate, scratch):
     The state at t + ahead is extrapolated by the derivative if `by_rate`, else by the interpolant
     d.  Returns the number of events, or RAISES.
     """
-    s, work, y, n = solve.state[0], solve.work, scratch[0], 0
+    s = solve.state[0]
+    work = solve.work
+    y = scratch[0]
+    n = 0
     if by_rate:
         for i in range(len(y)):
             y[i] = work[Y, i] + ahead * work[K + kernels.fsal_stage, i]
@@ -73,7 +77,8 @@ def meet_schedule(kernels, solve, events, d, t, ahead, by_rate, scratch):
             if found == RAISES:
                 return RAISES
             if found == 1:
-                e.active, e.root = MET, t
+                e.active = MET
+                e.root = t
                 n += 1
     return n
 
@@ -84,7 +89,8 @@ def note_meeting(e, t, h, size):
 
     `size` is the change of the event function in the step of length h.
     """
-    e.active, e.t_jump = 1, t
+    e.active = 1
+    e.t_jump = t
     e.noise = size * (ROUNDING + near(t) / abs(h)) + APART * abs(e.g_new)
 
 

@@ -10,7 +10,8 @@ from ..state.rows import copy_row, slot
 @njit(**INTERNAL)
 def derive(solve, fsal_stage):
     """Evaluate the derivative at the present state, for the next step; RUNNING or RAISED."""
-    s, work = solve.state[0], solve.work
+    s = solve.state[0]
+    work = solve.work
     by_pointer(s.t, slot(None, work, Y), solve.block, slot(None, work, K + fsal_stage))
     s.n_extra += 1
     return RAISED if solve.block[RAISED_WORD] != 0 else RUNNING

@@ -66,16 +66,22 @@ def _watch_on(kernels, solve, table, scratch, t, h):
 @njit(**INTERNAL)
 def act_on_schedule(kernels, solve, output, events, scratch):
     """Let the schedules act whose time is reached, in their order; RUNNING, EVENT or a failure."""
-    s, o, schedules = solve.state[0], output.record[0], events.schedules
-    y, acted, t = slot(None, solve.work, Y), False, s.t
+    s = solve.state[0]
+    o = output.record[0]
+    schedules = events.schedules
+    y = slot(None, solve.work, Y)
+    acted = False
+    t = s.t
     due = False
     for i in range(len(schedules)):
         e = schedules[i]
         if s.direction * (e.t_next - s.t) > 0.0:
             continue
-        t, due = e.t_next, True
+        t = e.t_next
+        due = True
         _sample_before(s, o, output, t, y)
-        events.index[o.n_events], events.t[o.n_events] = len(events.table) + i, t
+        events.index[o.n_events] = len(events.table) + i
+        events.t[o.n_events] = t
         copy_row(y, events.y[o.n_events])
         o.n_events += 1
         e.count += 1

@@ -60,13 +60,17 @@ def _leave_zero(events, t, y, scratch):
 @njit(**INTERNAL)
 def next_segment(kernels, solve, output, events, scratch):
     """Start the next segment, where algebraic components may jump; returns RUNNING or RAISED."""
-    s, o, mass = solve.state[0], output.record[0], solve.block[MASS]
-    segments, fsal_stage = output.segments, kernels.fsal_stage
+    s = solve.state[0]
+    o = output.record[0]
+    mass = solve.block[MASS]
+    segments = output.segments
+    fsal_stage = kernels.fsal_stage
     o.i_segment += 1
     gap = 0.5 * (segments[o.i_segment, 0] - s.t)  # each side's slope crosses half
     if mass == 0:
         _extrapolate(solve.work, fsal_stage, gap)
-    s.t, s.t_end = segments[o.i_segment, 0], segments[o.i_segment, 1]
+    s.t = segments[o.i_segment, 0]
+    s.t_end = segments[o.i_segment, 1]
     s.order = 0
     if mass != 0 and not made_consistent(mass, s.t, slot(None, solve.work, Y)):
         return RAISED
@@ -85,7 +89,10 @@ def jumps_over(s, o, output):
     That is, the method evaluated the equations at no time between the two.  A single change is seen
     at the next evaluation.
     """
-    changes, before, i, h = output.changes, o.jumped, o.i_change, s.t - s.t_old
+    changes = output.changes
+    before = o.jumped
+    i = o.i_change
+    h = s.t - s.t_old
     while i + 1 < len(changes) and s.direction * (changes[i + 1] - s.t) <= 0.0:
         looked = s.direction * (changes[i] - s.t_old) < 0.0
         for share in output.looks:

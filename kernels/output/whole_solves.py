@@ -14,8 +14,10 @@ def launch(launched):
 
     Returns the status of `whole_solve`.
     """
-    head, words = words_at(launched.memory), words_at(launched.words)
-    image, places = launched.image, launched.places
+    head = words_at(launched.memory)
+    words = words_at(launched.words)
+    image = launched.image
+    places = launched.places
     for i in range(len(image)):
         head[i] = image[i]
     for i in range(len(places)):
@@ -43,7 +45,9 @@ def _begin(begin, kernels, solve, output, events, scratch):
     solver of the same name.  If SciPy evaluates the Jacobian before the events, the step kernel
     computes the Jacobian in a call that takes no step.
     """
-    o, work, y0 = output.record[0], solve.work, begin.y0
+    o = output.record[0]
+    work = solve.work
+    y0 = begin.y0
     not_finite = 0
     for i in range(len(y0)):
         work[Y, i] = y0[i]
@@ -55,7 +59,8 @@ def _begin(begin, kernels, solve, output, events, scratch):
         copy_row(y0, output.y[0])
     if solve.state[0].passes_end:
         solve.state[0].t_stop = output.t_eval[0]
-    status, has_events = RUNNING, len(events.table) > 0
+    status = RUNNING
+    has_events = len(events.table) > 0
     opened = (events.table, o.t_last, work[Y], scratch[1])
     if has_events and begin.before_events == NOTHING:
         status = invoke(begin.open, opened)

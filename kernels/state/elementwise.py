@@ -72,7 +72,8 @@ def apply(typingctx, function, outs, numbers, values):
     The compiled function returns a tuple with one component of each new value.  `outs` are the
     places of the new values.
     """
-    n, (kind, *_) = len(outs), values
+    n = len(outs)
+    kind, *_ = values
     inner = function.get_call_type(typingctx, (*numbers, *map(element, values)), {})
 
     def codegen(context, builder, signature, args):
@@ -125,7 +126,8 @@ def _weighted_map(row, k, start=None):
         operands += [(k[i], builder.extract_value(stages, i)) for i, _ in used]
 
         def body(builder, c):
-            flags, total = _flags(c[0].type), None
+            flags = _flags(c[0].type)
+            total = None
             for (_, a), x in zip(used, c[len(first) :], strict=True):
                 term = builder.fmul(constant(x.type, a), x, flags=flags)
                 total = term if total is None else builder.fadd(total, term, flags=flags)

@@ -86,7 +86,12 @@ class Solve(NamedTuple):
 
 
 # Rows of `work`.  A method's stages follow from row K on.
-Y, Y_OLD, STAGE, RTOL, ATOL, K = 0, 1, 2, 3, 4, 5
+Y = 0
+Y_OLD = 1
+STAGE = 2
+RTOL = 3
+ATOL = 4
+K = 5
 
 # What a kernel returns.
 RUNNING = 0  # the step budget is used up; call again
@@ -110,4 +115,6 @@ NEGATIVE = 17  # a component of the state after an event is negative, and must n
 MEETING = 18  # two planets meet
 
 # Status codes of the loops above the steps.
-STEP_LIMIT, INTERRUPTED, STOPPED = 100, 101, 102
+STEP_LIMIT = 100
+INTERRUPTED = 101
+STOPPED = 102

@@ -25,14 +25,16 @@ def _reduce_rows(context, builder, call, call_wide, start, rows):
     """The four partial results of `reduce_components` over rows."""
     n = length_of(context, builder, *rows[0])
     pointers = [data_of(context, builder, *row) for row in rows]
-    kind, index = ir.VectorType(start.type, PARTS), n.type
+    kind = ir.VectorType(start.type, PARTS)
+    index = n.type
     wide = cgutils.alloca_once_value(builder, splat(builder, start, PARTS))
     whole = builder.and_(n, index(-PARTS))
     with cgutils.for_range_slice(builder, index(0), whole, index(PARTS), inc=True) as (i, _):
         places = [builder.bitcast(builder.gep(p, [i]), kind.as_pointer()) for p in pointers]
         components = [load(builder, place) for place in places]
         builder.store(call_wide(builder, [builder.load(wide), *components]), wide)
-    lane_type, sums = ir.IntType(32), []
+    lane_type = ir.IntType(32)
+    sums = []
     for lane in range(PARTS):
         part = builder.extract_element(builder.load(wide), lane_type(lane))
         place = cgutils.alloca_once_value(builder, part)

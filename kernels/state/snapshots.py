@@ -43,7 +43,8 @@ def take_snapshot(s, state, snapshots, n_steps):
     """Keep the state after `n_steps` steps, of which only the last may be short."""
     if len(snapshots) == 0:
         return
-    counts, h = snapshots[0], abs(s.t - s.t_old)
+    counts = snapshots[0]
+    h = abs(s.t - s.t_old)
     counts[LEFT] -= n_steps
     row = snapshots[int(counts[PLACE])]
     if 0.0 < h and (h < s.h_short or row[SIZE] == np.inf):  # 0: behind a jump

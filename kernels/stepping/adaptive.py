@@ -37,11 +37,22 @@ def kernel(step, control, exponent, fsal_stage, rhs, form):
     @njit(**INTERNAL)
     def loop(state, work, block, n_steps):
         s = state[0]
-        direction, t_end, t_stop, h_max = s.direction, s.t_end, s.t_stop, s.h_max
-        t, t_old, h, error, h_short = s.t, s.t_old, s.h, s.error, s.h_short
-        rtol, atol = fetch(form, work, RTOL), fetch(form, work, ATOL)
-        y, k_last = fetch(form, work, Y), fetch(form, work, K + fsal_stage)
-        status, taken, refused = RUNNING, 0, 0
+        direction = s.direction
+        t_end = s.t_end
+        t_stop = s.t_stop
+        h_max = s.h_max
+        t = s.t
+        t_old = s.t_old
+        h = s.h
+        error = s.error
+        h_short = s.h_short
+        rtol = fetch(form, work, RTOL)
+        atol = fetch(form, work, ATOL)
+        y = fetch(form, work, Y)
+        k_last = fetch(form, work, K + fsal_stage)
+        status = RUNNING
+        taken = 0
+        refused = 0
         if direction * (t - t_end) >= 0.0:
             return FINISHED
         while taken < n_steps:

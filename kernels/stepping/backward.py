@@ -51,11 +51,15 @@ def _weighted(work, target, base, h, terms, i, first):
     The roundings are those of `state.elementwise.combine`.  Four terms at a time, in a loop over
     the components, take half the time of all terms in a loop for each component.
     """
-    index, value, k, end = terms.index, terms.value, terms.begin[i], terms.begin[i + 1]
+    index = terms.index
+    value = terms.value
+    k = terms.begin[i]
+    end = terms.begin[i + 1]
     if k == end:
         copy_row(slot(None, work, base), slot(None, work, target))
         return
-    row, a = first + index[k], value[k]
+    row = first + index[k]
+    a = value[k]
     for x in range(work.shape[1]):
         work[target, x] = a * work[row, x]
     k += 1
@@ -66,7 +70,8 @@ def _weighted(work, target, base, h, terms, i, first):
         )  # fmt: skip
         k += 4
     while k < end:
-        row, a = first + index[k], value[k]
+        row = first + index[k]
+        a = value[k]
         for x in range(work.shape[1]):
             work[target, x] += a * work[row, x]
         k += 1
@@ -91,12 +96,14 @@ def clear(work, first, end):
 @njit(**INTERNAL)
 def _stages(table, block, work, t, h, last, used):
     """Fill u_1 to u_last, without the new state, and k_1 to k_used, from y, y_new and k_0."""
-    s, n_stages = table.n_stages, len(table.c)
+    s = table.n_stages
+    n_stages = len(table.c)
     for i in range(1, max(last, used) + 1):
         if i != s:
             _weighted(work, 2 * i, 0, h, table.rows, i, 2 * n_stages)
         if i <= used:
-            u, k = slot(None, work, 2 * i), slot(None, work, 2 * n_stages + i)
+            u = slot(None, work, 2 * i)
+            k = slot(None, work, 2 * n_stages + i)
             by_pointer(t + table.c[i] * h, u, block, k)
 
 
@@ -113,8 +120,10 @@ def _measure(memory, kappa, eta, h, n_stages):
     cosine are size and angle of the eigenvalue of the Jacobian that limits the steps.  No step is
     short enough for a motion that grows by itself, of cosine above GROWING.
     """
-    work, gauge = memory.work, memory.gauge
-    kappa, eta = slot(None, work, kappa), slot(None, work, eta)
+    work = memory.work
+    gauge = memory.gauge
+    kappa = slot(None, work, kappa)
+    eta = slot(None, work, eta)
     scale = slot(None, work, 4 * n_stages + SCALE)
     before = reduce_components(product, add, 0.0, (kappa, kappa, scale))
     after = reduce_components(product, add, 0.0, (eta, eta, scale))
@@ -124,7 +133,9 @@ def _measure(memory, kappa, eta, h, n_stages):
             both = reduce_components(product, add, 0.0, (kappa, eta, scale))
             cosine = both / (before * rate) * (1.0 if h > 0.0 else -1.0)
             if cosine <= GROWING:
-                gauge[LARGEST], gauge[RATE], gauge[COSINE] = abs(h) * rate, rate, cosine
+                gauge[LARGEST] = abs(h) * rate
+                gauge[RATE] = rate
+                gauge[COSINE] = cosine
 
 
 @njit(**INTERNAL)
@@ -183,8 +194,11 @@ def _take_seeds(table, seeds, work, j, t, h):
 
     The step takes h from t on.
     """
-    n_stages, n, inside = len(table.c), work.shape[1], False
-    seed, single = 3 * n_stages, 4 * n_stages
+    n_stages = len(table.c)
+    n = work.shape[1]
+    inside = False
+    seed = 3 * n_stages
+    single = 4 * n_stages
     while take_output(seeds, j, h):
         m = seeds.left[0]
         if seeds.t[m] == seeds.ends[j + 1]:
@@ -211,15 +225,20 @@ def _adjoint_step(table, memory, block, own, t, h, inside):
 
     `inside` tells whether stages have seeds; only then the stages of the interpolant matter.
     """
-    work, s, n_stages = memory.work, table.n_stages, len(table.c)
-    first, seed, single = 2 * n_stages, 3 * n_stages, 4 * n_stages
+    work = memory.work
+    s = table.n_stages
+    n_stages = len(table.c)
+    first = 2 * n_stages
+    seed = 3 * n_stages
+    single = 4 * n_stages
     last = n_stages - 1 if inside else s
     columns = table.seeded if inside else table.columns
     by_pointer(t, slot(None, work, 0), block, slot(None, work, first))
     _stages(table, block, work, t, h, last, table.used[int(inside)])
     for i in range(last, -1, -1):
         base = seed + i if inside else single + ZERO
-        eta, kappa = first + i, 2 * i + 1
+        eta = first + i
+        kappa = 2 * i + 1
         if i == 0:
             _weighted(work, single + MU, base, h, columns, i, first)
             break
@@ -258,11 +277,13 @@ def sweep(table, steps, first, states, seeds, block, own, memory):
     memory : Memory
         `out` has n numbers of no meaning, and then the gradient.
     """
-    work, n_stages = memory.work, len(table.c)
+    work = memory.work
+    n_stages = len(table.c)
     single = 4 * n_stages
     for i in range(len(states) - 2, -1, -1):
         j = first + i
-        t, h = steps.t[j], steps.h[j]
+        t = steps.t[j]
+        h = steps.h[j]
         inside = _take_seeds(table, seeds, work, j, t, steps.end[j] - t)
         copy_row(slot(None, states, i), slot(None, work, 0))
         copy_row(slot(None, states, i + 1), slot(None, work, 2 * table.n_stages))
@@ -283,7 +304,8 @@ def _begin_step(table, steps, block, work, j):
 
     At the start of a segment the state moves as in `output/segments.py`.
     """
-    n, begin = work.shape[1], 2 * len(table.c)
+    n = work.shape[1]
+    begin = 2 * len(table.c)
     end = begin + table.n_stages
     if steps.fresh[j] == 0:
         copy_row(slot(None, work, end), slot(None, work, begin))
@@ -304,7 +326,8 @@ def replay(table, steps, first, states, block, work):
 
     The bits are those of the solve.
     """
-    s, n_stages = table.n_stages, len(table.c)
+    s = table.n_stages
+    n_stages = len(table.c)
     end = 2 * n_stages + s
     copy_row(slot(None, states, 0), slot(None, work, 0))
     if first > 0:
@@ -317,7 +340,8 @@ def replay(table, steps, first, states, block, work):
     for i in range(len(states) - 1):
         j = first + i
         _begin_step(table, steps, block, work, j)
-        t, h = steps.t[j], steps.h[j]
+        t = steps.t[j]
+        h = steps.h[j]
         _stages(table, block, work, t, h, s - 1, s - 1)
         _weighted(work, 2 * s, 0, h, table.rows, s, 2 * n_stages)
         by_pointer(t + h, slot(None, work, 2 * s), block, slot(None, work, end))

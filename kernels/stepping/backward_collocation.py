@@ -34,7 +34,9 @@ MOST = 30  # iterations
 # Changes, in units of the scale: the iteration ends where the next change is below SMALL, and where
 # changes below LOOSE, where Newton's iteration of a solve ends, do not decrease.  Factors are kept
 # where changes decrease by FAST; on heat in 60 points, a sweep takes a third of the time.
-SMALL, LOOSE, FAST = 1e-10, 0.03, 0.1
+SMALL = 1e-10
+LOOSE = 0.03
+FAST = 0.1
 
 # The rows of the work array for s stages: F_i, u_i, w_i; then single rows.  OLD has the derivatives
 # by the state at the begin.
@@ -59,7 +61,9 @@ def _states(table, work, y, h, m):
 @njit(**INTERNAL)
 def _factorise(table, memory, block, t, h, m):
     """Factorise the matrix of the stages, with the Jacobians at the u_i."""
-    s, a, ld = len(table.c), memory.matrix, table.ld
+    s = len(table.c)
+    a = memory.matrix
+    ld = table.ld
     factor = h * h if table.second else h
     for k in range(len(a)):
         a[k] = 0.0
@@ -69,7 +73,8 @@ def _factorise(table, memory, block, t, h, m):
         u = slot(None, memory.work, s + i)
         by_pointer(t + table.c[i] * h, u[:m], block, memory.entries)
         for k in range(len(table.rows)):
-            row, first = table.order[table.rows[k]] * s + i, table.order[table.columns[k]] * s
+            row = table.order[table.rows[k]] * s + i
+            first = table.order[table.columns[k]] * s
             for j in range(s):
                 a[(first + j) * ld + row] -= factor * table.a[i, j] * memory.entries[k]
     factorise(a, ld, memory.pivots, s * m, table.lower, table.upper)
@@ -78,8 +83,13 @@ def _factorise(table, memory, block, t, h, m):
 @njit(**INTERNAL)
 def _newton(table, memory, blocks, t, h, m):
     """Change the F_i by a step of Newton's iteration: the largest change of a u_i, in its scale."""
-    s, work, z, rate = len(table.c), memory.work, memory.z, memory.out[:m]
-    factor, largest, scale = h * h if table.second else h, 0.0, 3 * s + SCALE
+    s = len(table.c)
+    work = memory.work
+    z = memory.z
+    rate = memory.out[:m]
+    factor = h * h if table.second else h
+    largest = 0.0
+    scale = 3 * s + SCALE
     for i in range(s):
         u = slot(None, work, s + i)
         by_pointer(t + table.c[i] * h, u[:m], blocks.own, rate)
@@ -104,7 +114,8 @@ def _newton(table, memory, blocks, t, h, m):
 @njit(**INTERNAL)
 def _stages(table, memory, blocks, t, y, h, m):
     """Find the F_i and u_i from a guess of the F_i, and factorise; whether they were found."""
-    before, old = np.inf, False
+    before = np.inf
+    old = False
     for _ in range(MOST):
         _states(table, memory.work, y, h, m)
         if not old:
@@ -116,7 +127,8 @@ def _stages(table, memory, blocks, t, y, h, m):
         left = rate * size if rate > 0.0 else size
         if left <= SMALL or (rate >= 0.5 and size <= LOOSE and not old):
             break
-        old, before = rate <= FAST, size
+        old = rate <= FAST
+        before = size
     _states(table, memory.work, y, h, m)
     _factorise(table, memory, blocks.jacobian, t, h, m)
     return size <= LOOSE
@@ -126,7 +138,8 @@ def _stages(table, memory, blocks, t, y, h, m):
 def _end(table, work, y, h, m):
     """Fill the row END with the state at the end of a step."""
     s = len(table.c)
-    n, end = work.shape[1], 3 * s + END
+    n = work.shape[1]
+    end = 3 * s + END
     copy_row(y, slot(None, work, end))
     for c in range(m):
         for i in range(s):
@@ -140,7 +153,9 @@ def _end(table, work, y, h, m):
 @njit(**INTERNAL)
 def _found(table, memory, blocks, t, y, y_new, h, m):
     """Find the stages of a step again: RUNNING, or NOT_CONVERGED where they lead elsewhere."""
-    s, work, n = len(table.c), memory.work, memory.work.shape[1]
+    s = len(table.c)
+    work = memory.work
+    n = memory.work.shape[1]
     for i in range(s):
         for c in range(m):
             work[i, c] = (y_new[n - m + c] - y[n - m + c]) / h
@@ -148,7 +163,8 @@ def _found(table, memory, blocks, t, y, y_new, h, m):
         return NOT_CONVERGED
     _end(table, work, y, h, m)
     for c in range(n):
-        gap, scale = abs(work[3 * s + END, c] - y_new[c]), work[3 * s + SCALE, c]
+        gap = abs(work[3 * s + END, c] - y_new[c])
+        scale = work[3 * s + SCALE, c]
         if scale > 0.0 and not gap <= table.near * scale:
             return NOT_CONVERGED
     return RUNNING
@@ -157,7 +173,8 @@ def _found(table, memory, blocks, t, y, y_new, h, m):
 @njit(**INTERNAL)
 def _seed(table, work, beta, g, h, m):
     """Add the derivatives g by y + h sum beta_i F_i to OLD and the w_i."""
-    s, n = len(table.c), work.shape[1]
+    s = len(table.c)
+    n = work.shape[1]
     old = 3 * s + OLD
     for c in range(n):
         work[old, c] += g[c]
@@ -194,8 +211,12 @@ def _take_seeds(table, seeds, work, j, t, h, m):
 @njit(**INTERNAL)
 def _adjoint_step(table, memory, block, t, h, m):
     """From the w_i and OLD of a step to lam at its begin; the stages are known."""
-    s, work, z, out = len(table.c), memory.work, memory.z, memory.out
-    lam, old = 3 * s + LAM, 3 * s + OLD
+    s = len(table.c)
+    work = memory.work
+    z = memory.z
+    out = memory.out
+    lam = 3 * s + LAM
+    old = 3 * s + OLD
     for i in range(s):
         for c in range(m):
             z[table.order[c] * s + i] = work[2 * s + i, c]
@@ -221,8 +242,10 @@ def sweep(table, steps, first, states, seeds, blocks, memory):
     n = memory.work.shape[1]
     m = n // 2 if table.second else n
     for i in range(len(states) - 2, -1, -1):
-        j, y = first + i, slot(None, states, i)
-        t, h = steps.t[j], steps.h[j]
+        j = first + i
+        y = slot(None, states, i)
+        t = steps.t[j]
+        h = steps.h[j]
         status = _found(table, memory, blocks, t, y, slot(None, states, i + 1), h, m)
         if status != RUNNING:
             memory.z[0] = t
@@ -238,10 +261,13 @@ def replay(table, steps, first, states, blocks, memory):
 
     The states are those of stages whose equations hold to rounding.
     """
-    work, n, s = memory.work, memory.work.shape[1], len(table.c)
+    work = memory.work
+    n = memory.work.shape[1]
+    s = len(table.c)
     m = n // 2 if table.second else n
     for i in range(len(states) - 1):
-        j, y = first + i, slot(None, states, i)
+        j = first + i
+        y = slot(None, states, i)
         work[:s, :] = 0.0
         if not _stages(table, memory, blocks, steps.t[j], y, steps.h[j], m):
             memory.z[0] = steps.t[j]

@@ -32,7 +32,9 @@ LAM, _, SCALE, OLD, SINGLE = range(5 * STAGES, 5 * STAGES + 5)
 @njit(**INTERNAL)
 def _factorise(table, memory, blocks, t, y, h):
     """Fill the entries of J and df/dt, and factorise W."""
-    n, a, ld = memory.work.shape[1], memory.matrix, table.ld
+    n = memory.work.shape[1]
+    a = memory.matrix
+    ld = table.ld
     by_pointer(t, y, blocks.jacobian, memory.entries)
     for i in range(len(a)):
         a[i] = 0.0
@@ -55,7 +57,9 @@ def _state(table, work, i, y, target):
 @njit(**INTERNAL)
 def _stages(table, memory, blocks, t, y, h):
     """Factorise W, and fill U_i and Y_i."""
-    work, n, n_entries = memory.work, memory.work.shape[1], len(table.rows)
+    work = memory.work
+    n = memory.work.shape[1]
+    n_entries = len(table.rows)
     _factorise(table, memory, blocks, t, y, h)
     for i in range(STAGES):
         _state(table, work, i, y, STATE + i)
@@ -76,7 +80,8 @@ def _take_seeds(table, seeds, work, j, t, h):
     clear(work, OLD, OLD + 1)
     clear(work, SEED, SEED + STAGES)
     while take_output(seeds, j, h):
-        m, x = seeds.left[0], 1.0
+        m = seeds.left[0]
+        x = 1.0
         if seeds.t[m] != seeds.ends[j + 1]:
             x = min(max((seeds.t[m] - t) / h, 0.0), 1.0)
         for c in range(n):
@@ -92,7 +97,9 @@ def _take_seeds(table, seeds, work, j, t, h):
 @njit(**INTERNAL)
 def _adjoint_step(table, memory, blocks, t, y, h):
     """From lam at the end of a step to that at its begin; the stages are known."""
-    work, n, z = memory.work, memory.work.shape[1], memory.z
+    work = memory.work
+    n = memory.work.shape[1]
+    z = memory.z
     for i in range(STAGES - 1, -1, -1):
         v = slot(None, work, V + i)
         for c in range(n):
@@ -122,8 +129,10 @@ def sweep(table, steps, first, states, seeds, blocks, memory):
     The parameters are those of `backward.sweep`; `table` is a Rosenbrock.
     """
     for i in range(len(states) - 2, -1, -1):
-        j, y = first + i, slot(None, states, i)
-        t, h = steps.t[j], steps.h[j]
+        j = first + i
+        y = slot(None, states, i)
+        t = steps.t[j]
+        h = steps.h[j]
         _take_seeds(table, seeds, memory.work, j, t, h)
         _stages(table, memory, blocks, t, y, h)
         _adjoint_step(table, memory, blocks, t, y, h)
@@ -134,7 +143,8 @@ def sweep(table, steps, first, states, seeds, blocks, memory):
 def replay(table, steps, first, states, blocks, memory):
     """Take the steps from number `first` on again: fill states[1:] from states[0], to rounding."""
     for i in range(len(states) - 1):
-        j, y = first + i, slot(None, states, i)
+        j = first + i
+        y = slot(None, states, i)
         _stages(table, memory, blocks, steps.t[j], y, steps.h[j])
         _state(table, memory.work, STAGES, y, STATE)
         copy_row(slot(None, memory.work, STATE), slot(None, states, i + 1))

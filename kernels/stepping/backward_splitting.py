@@ -30,7 +30,8 @@ LAM, MU, V, SCALE, OLD, FIRST, LAST, SUM_LAM, SUM_MU, SINGLE = range(10)
 @njit(**INTERNAL)
 def _forward(table, block, work, rate, t, h):
     """From q_0 and v to all q_j; v is then that before the last kick."""
-    s, m = len(table.drifts), len(rate)
+    s = len(table.drifts)
+    m = len(rate)
     v = s + 1 + V
     for j in range(s):
         at = t if j == 0 else t + table.times[j - 1] * h
@@ -46,7 +47,9 @@ def _take_seeds(table, seeds, work, single, j, t, h):
 
     True if an output depends on the shorter steps.
     """
-    beta, within, n_rows = seeds.beta, False, len(table.dense)
+    beta = seeds.beta
+    within = False
+    n_rows = len(table.dense)
     clear(work, single + OLD, single + LAST + 1)
     clear(work, single + SINGLE, single + SINGLE + n_rows - 4)
     while take_output(seeds, j, h):
@@ -56,7 +59,8 @@ def _take_seeds(table, seeds, work, single, j, t, h):
                 work[single + LAM, c] += seeds.g[i, c]
             continue
         within = n_rows > 4
-        x, factor = min(max((seeds.t[i] - t) / h, 0.0), 1.0), 1.0
+        x = min(max((seeds.t[i] - t) / h, 0.0), 1.0)
+        factor = 1.0
         for k in range(n_rows):
             beta[k] = table.dense[0, k]
         for row in range(1, n_rows):
@@ -80,7 +84,8 @@ def _measure(memory, kappa, scale, m, h):
 
     For q'' = -w^2 q, the ratio is w^2: the rate is its root, and the cosine is -1.
     """
-    gauge, eta = memory.gauge, memory.out[:m]
+    gauge = memory.gauge
+    eta = memory.out[:m]
     before = reduce_components(product, add, 0.0, (kappa, kappa, scale))
     after = reduce_components(product, add, 0.0, (eta, eta, scale))
     if before > TINY and after < np.inf:
@@ -88,7 +93,8 @@ def _measure(memory, kappa, scale, m, h):
         if rate * h * h > gauge[LARGEST] * gauge[LARGEST]:
             both = reduce_components(product, add, 0.0, (kappa, eta, scale))
             gauge[RATE] = np.sqrt(rate)
-            gauge[LARGEST], gauge[COSINE] = abs(h) * gauge[RATE], both / (before * rate)
+            gauge[LARGEST] = abs(h) * gauge[RATE]
+            gauge[COSINE] = both / (before * rate)
 
 
 @njit(**INTERNAL)
@@ -100,9 +106,12 @@ def _pull(memory, own, t, j, m, lam):
 @njit(**INTERNAL)
 def _adjoint_step(table, memory, own, t, h):
     """From lam and mu at the end of a step to those at its begin; all q_j are known."""
-    work, s = memory.work, len(table.drifts)
-    m, single = work.shape[1] // 2, s + 1
-    lam, mu = single + LAM, single + MU
+    work = memory.work
+    s = len(table.drifts)
+    m = work.shape[1] // 2
+    single = s + 1
+    lam = single + LAM
+    mu = single + MU
     for c in range(m):
         work[lam, m + c] += work[single + LAST, c]
         kick = table.kicks[s] * h * work[lam, m + c]
@@ -124,7 +133,8 @@ def _adjoint_step(table, memory, own, t, h):
 @njit(**INTERNAL)
 def _back(table, memory, block, own, state, t, h):
     """Go back over the step of size h from a state."""
-    work, m = memory.work, len(state) // 2
+    work = memory.work
+    m = len(state) // 2
     for c in range(m):
         work[0, c], work[len(table.drifts) + 1 + V, c] = state[c], state[m + c]
     _forward(table, block, work, memory.out[:m], t, h)
@@ -134,8 +144,11 @@ def _back(table, memory, block, own, state, t, h):
 @njit(**INTERNAL)
 def _shorter_steps(table, memory, block, own, state, t, h):
     """Go back over the shorter steps of the interpolant; lam and mu are sums over all."""
-    work, single = memory.work, len(table.drifts) + 1
-    lam, mu, total = single + LAM, single + MU, single + SUM_LAM
+    work = memory.work
+    single = len(table.drifts) + 1
+    lam = single + LAM
+    mu = single + MU
+    total = single + SUM_LAM
     copy_row(slot(None, work, lam), slot(None, work, total))
     copy_row(slot(None, work, mu), slot(None, work, total + 1))
     for k in range(len(table.nodes)):
@@ -160,10 +173,12 @@ def sweep(table, steps, first, states, seeds, block, own, memory):
     no meaning, for the m positions, and then the gradient.
     """
     work = memory.work
-    m, single = work.shape[1] // 2, len(table.drifts) + 1
+    m = work.shape[1] // 2
+    single = len(table.drifts) + 1
     for i in range(len(states) - 2, -1, -1):
         j = first + i
-        t, h = steps.t[j], steps.h[j]
+        t = steps.t[j]
+        h = steps.h[j]
         within = _take_seeds(table, seeds, work, single, j, t, steps.end[j] - t)
         _back(table, memory, block, own, states[i], t, h)
         if within:
@@ -182,11 +197,14 @@ def replay(table, steps, first, states, block, work):
 
     The states are those of the solve but for its compensation of rounding errors.
     """
-    s, m = len(table.drifts), work.shape[1] // 2
-    v, rate = s + 1 + V, work[s + 1 + OLD, :m]
+    s = len(table.drifts)
+    m = work.shape[1] // 2
+    v = s + 1 + V
+    rate = work[s + 1 + OLD, :m]
     for i in range(len(states) - 1):
         j = first + i
-        t, h = steps.t[j], steps.h[j]
+        t = steps.t[j]
+        h = steps.h[j]
         for c in range(m):
             work[0, c], work[v, c] = states[i, c], states[i, m + c]
         _forward(table, block, work, rate, t, h)

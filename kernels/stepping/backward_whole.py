@@ -16,10 +16,13 @@ FEW = 8  # states that tell the sizes of components
 @njit(**INTERNAL)
 def _begin(table, steps, states, seeds, memory, given):
     """Fill all arrays but those of the solve: steps, seeds, the scale, and zeros."""
-    work, single = memory.work, 4 * len(table.c)
-    n_steps, n = len(states) - 1, states.shape[1]
+    work = memory.work
+    single = 4 * len(table.c)
+    n_steps = len(states) - 1
+    n = states.shape[1]
     for j in range(n_steps):
-        steps.h[j], steps.fresh[j] = steps.end[j] - steps.t[j], 0
+        steps.h[j] = steps.end[j] - steps.t[j]
+        steps.fresh[j] = 0
     steps.fresh[0] = 1
     for c in range(n):
         size = 0.0
@@ -47,7 +50,8 @@ def sweep_whole(table, steps, states, seeds, block, own, memory, given):
     """
     _begin(table, steps, states, seeds, memory, given)
     sweep(table, steps, 0, states, seeds, block, own, memory)
-    n, lam = states.shape[1], 4 * len(table.c) + LAM
+    n = states.shape[1]
+    lam = 4 * len(table.c) + LAM
     for c in range(n):
         if not np.isfinite(memory.work[lam, c]):
             return NON_FINITE

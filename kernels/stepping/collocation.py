@@ -17,7 +17,9 @@ from ..jit.options import INTERNAL, njit
 from .condensation import copy_numbers, eliminate, solve_linearised
 
 DONE, SINGULAR, RAISED = range(3)  # the results of kernels
-MOST_JACOBIANS, MOST_ITERATIONS, MOST_TRIALS = 4, 8, 4
+MOST_JACOBIANS = 4
+MOST_ITERATIONS = 8
+MOST_TRIALS = 4
 ARMIJO, SHORTER = 0.2, 0.5  # least improvement, and the factor of a shorter step
 
 
@@ -96,7 +98,8 @@ def _copy(y, p, y_target, p_target):
 @njit(**INTERNAL)
 def _slope(functions, a, x, y, p, room, f):
     """Put the slope at x into the row f; False if the function raised."""
-    n, s = len(y), functions.s
+    n = len(y)
+    s = functions.s
     _join_rows(y, p, room.point)
     by_pointer(x, room.point, functions.fun, room.value)
     if functions.fun[RAISED_WORD] != 0:
@@ -116,7 +119,9 @@ def _slope(functions, a, x, y, p, room, f):
 @njit(**INTERNAL)
 def _jacobian(functions, a, x, y, p, room, jac):
     """Put the derivatives of the slope by y and p into `jac`; False if the function raised."""
-    n, size, s = len(y), len(y) + len(p), functions.s
+    n = len(y)
+    size = len(y) + len(p)
+    s = functions.s
     _join_rows(y, p, room.longer)
     by_pointer(x, room.longer, functions.jac, room.longer_value)
     if functions.jac[RAISED_WORD] != 0:
@@ -141,8 +146,12 @@ def _jacobian(functions, a, x, y, p, room, jac):
 @njit(**INTERNAL)
 def _collocate(functions, mesh, room):
     """Compute slopes, residuals and boundary conditions; False if a function raised."""
-    x, y, p = mesh.x, mesh.y, mesh.p
-    (m, n), a, f = y.shape, mesh.x[0], room.f
+    x = mesh.x
+    y = mesh.y
+    p = mesh.p
+    m, n = y.shape
+    a = mesh.x[0]
+    f = room.f
     for q in range(m):
         if not _slope(functions, a, x[q], y[q], p, room, f[q]):
             return False
@@ -168,14 +177,21 @@ def _collocate(functions, mesh, room):
 @njit(**INTERNAL)
 def _linearise(functions, mesh, room):
     """Compute [A_i, C_i, P_i] of all intervals; False if a function raised."""
-    x, y, p, rows = mesh.x, mesh.y, mesh.p, room.rows
-    (m, n), k, a = y.shape, len(mesh.p), mesh.x[0]
+    x = mesh.x
+    y = mesh.y
+    p = mesh.p
+    rows = room.rows
+    m, n = y.shape
+    k = len(mesh.p)
+    a = mesh.x[0]
     for q in range(m):
         if not _jacobian(functions, a, x[q], y[q], p, room, room.jac[q]):
             return False
     for q in range(m - 1):
-        h, middle = x[q + 1] - x[q], room.jac_middle[q]
-        left, right = room.jac[q], room.jac[q + 1]
+        h = x[q + 1] - x[q]
+        middle = room.jac_middle[q]
+        left = room.jac[q]
+        right = room.jac[q + 1]
         if not _jacobian(functions, a, x[q] + 0.5 * h, room.middle[q], p, room, middle):
             return False
         for i in range(n):
@@ -201,13 +217,16 @@ def _linearise(functions, mesh, room):
 @njit(**INTERNAL)
 def _join(functions, mesh, room):
     """Factorise what is left of the intervals with the boundary conditions; DONE or a failure."""
-    (m, n), k = mesh.y.shape, len(mesh.p)
-    size, last = 2 * n + k, room.last
+    m, n = mesh.y.shape
+    k = len(mesh.p)
+    size = 2 * n + k
+    last = room.last
     copy_numbers(room.ends, room.longer_ends)
     by_pointer(mesh.x[0], room.longer_ends, functions.bc_jac, room.longer_conditions)
     if functions.bc_jac[RAISED_WORD] != 0:
         return RAISED
-    found, left = room.longer_conditions, room.blocks[m - 2]
+    found = room.longer_conditions
+    left = room.blocks[m - 2]
     for j in range(size):
         for i in range(n):
             last[j * size + i] = left[n + i, n + j]
@@ -234,7 +253,9 @@ def _square(y, p):
 @njit(**INTERNAL)
 def _step(functions, mesh, room, alpha):
     """Take `alpha` times the step from the point before, and collocate there."""
-    y, p, n = mesh.y, mesh.p, mesh.y.shape[1]
+    y = mesh.y
+    p = mesh.p
+    n = mesh.y.shape[1]
     for i in range(len(y)):
         for j in range(n):
             y[i, j] = room.y_before[i, j] - alpha * room.step[i, j]
@@ -253,7 +274,8 @@ def _step(functions, mesh, room, alpha):
 @njit(**INTERNAL)
 def _small(mesh, room, tol, bc_tol):
     """Whether residuals and boundary conditions are within the tolerances."""
-    (m, n), k = mesh.y.shape, len(mesh.p)
+    m, n = mesh.y.shape
+    k = len(mesh.p)
     for q in range(m - 1):
         bound = 2.0 / 3.0 * (mesh.x[q + 1] - mesh.x[q]) * 5e-2 * tol
         for i in range(n):
@@ -270,7 +292,9 @@ def newton(functions, mesh, room, tol, bc_tol):
     """Iterate from the states and parameters of the mesh, which are replaced; DONE or a failure."""
     if not _collocate(functions, mesh, room):
         return RAISED
-    n_jacobians, known, cost = 0, False, 0.0
+    n_jacobians = 0
+    known = False
+    cost = 0.0
     for _ in range(MOST_ITERATIONS):
         if not known:
             n_jacobians += 1
@@ -284,7 +308,8 @@ def newton(functions, mesh, room, tol, bc_tol):
             solve_linearised(room, room.step, room.step_p)
             cost = _square(room.step, room.step_p)
         _copy(mesh.y, mesh.p, room.y_before, room.p_before)
-        alpha, cost_new = 1.0, 0.0
+        alpha = 1.0
+        cost_new = 0.0
         for trial in range(MOST_TRIALS + 1):
             if not _step(functions, mesh, room, alpha):
                 return RAISED
@@ -306,15 +331,20 @@ def newton(functions, mesh, room, tol, bc_tol):
 @njit(**INTERNAL)
 def rms_residuals(functions, mesh, room, rms):
     """The root mean squares of the relative residuals of the spline, by Lobatto's rule."""
-    x, y, f, n = mesh.x, mesh.y, room.f, mesh.y.shape[1]
+    x = mesh.x
+    y = mesh.y
+    f = room.f
+    n = mesh.y.shape[1]
     for q in range(len(x) - 1):
-        h, total = x[q + 1] - x[q], 0.0
+        h = x[q + 1] - x[q]
+        total = 0.0
         for i in range(n):
             r = 1.5 * room.residuals[q, i] / h / (1.0 + abs(room.f_middle[q, i]))
             total += 32.0 / 45.0 * r * r
         for sign in (-1.0, 1.0):
             s = 0.5 * h + sign * 0.5 * h * np.sqrt(3.0 / 7.0)
-            state, slope = room.again[0], room.again[1]
+            state = room.again[0]
+            slope = room.again[1]
             for i in range(n):
                 rise = (y[q + 1, i] - y[q, i]) / h
                 bend = (f[q, i] + f[q + 1, i] - 2.0 * rise) / h

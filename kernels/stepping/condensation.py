@@ -28,7 +28,8 @@ def copy_numbers(source, target):
 @njit(**INTERNAL)
 def _reflect(b, j, rows):
     """Eliminate column j below its diagonal, in `rows` rows; the next row is room for sums."""
-    size, width = 0.0, b.shape[1]
+    size = 0.0
+    width = b.shape[1]
     for i in range(j + 1, rows):
         size += b[i, j] * b[i, j]
     if size == 0.0:
@@ -40,7 +41,8 @@ def _reflect(b, j, rows):
     head = b[j, j] - norm
     for i in range(j + 1, rows):
         b[i, j] /= head
-    b[rows, j], b[j, j] = -head / norm, norm
+    b[rows, j] = -head / norm
+    b[j, j] = norm
     for c in range(j + 1, width):
         b[rows, c] = b[j, c]
     for i in range(j + 1, rows):
@@ -88,7 +90,10 @@ def eliminate(rows, blocks):
 @njit(**INTERNAL)
 def solve_linearised(room, r, p):
     """Put the solution for the present residuals and conditions into r and p."""
-    n, k, blocks, right = r.shape[1], len(p), room.blocks, room.right
+    n = r.shape[1]
+    k = len(p)
+    blocks = room.blocks
+    right = room.right
     for i in range(len(blocks)):
         copy_numbers(room.residuals[i], r[i])
     copy_numbers(r[0], right)

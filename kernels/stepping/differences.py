@@ -66,7 +66,8 @@ def column_difference(rhs, t, work, y, f, block, factor, column, j):
     `y`, `f` and `factor` are the rows of the state, of its derivative, and of the factors; the row
     behind the factors is free.
     """
-    found, h = factor + 1, _increment(work, y, f, factor, j, 1.0)
+    found = factor + 1
+    h = _increment(work, y, f, factor, j, 1.0)
     copy_row(work[y], work[STAGE])
     work[STAGE, j] = work[y, j] + h
     if not evaluate_row(rhs, t, work, STAGE, found, block):
@@ -88,7 +89,9 @@ def column_difference(rhs, t, work, y, f, block, factor, column, j):
         new_change, new_size = _largest_change(work[found], work[f])
         if change * new_size < new_change * size:
             work[factor, j] *= 10.0
-            h, change, size = longer, new_change, new_size
+            h = longer
+            change = new_change
+            size = new_size
             for i in range(len(column)):
                 column[i] = work[found, i] - work[f, i]
     for i in range(len(column)):
@@ -104,7 +107,8 @@ def _largest_change(new, old):
     change = abs(new[0] - old[0])
     for i in range(1, len(new)):
         if abs(new[i] - old[i]) > change:
-            change, where = abs(new[i] - old[i]), i
+            change = abs(new[i] - old[i])
+            where = i
     return change, max(abs(new[where]), abs(old[where]))
 
 
@@ -115,7 +119,8 @@ def differences_in_groups(rhs, t, work, y, f, block, given, factor, entries):
     Behind the places lie three lists of words: the row of each entry, the index of the first entry
     of each column, the group of each column.  Two rows behind the factors are free.
     """
-    n, words = work.shape[1], words_at(given)
+    n = work.shape[1]
+    words = words_at(given)
     groups = FIRST + 2 * words[N_ENTRIES] + n + 1
     for g in range(words[GROUPS]):
         copy_row(work[y], work[STAGE])
@@ -144,13 +149,16 @@ def differences_in_groups(rhs, t, work, y, f, block, given, factor, entries):
 def _put_column(work, y, f, factor, words, j, entries):
     """The entries of a column by the better of two differences."""
     rows, begins = _column(words)
-    found, h = factor + 1, _increment(work, y, f, factor, j, 1.0)
+    found = factor + 1
+    h = _increment(work, y, f, factor, j, 1.0)
     change, size = _largest_entry(work, f, found, words, j)
     if change < REJECT * size:
         new_change, new_size = _largest_entry(work, f, found + 1, words, j)
         if change * new_size < new_change * size:
-            h, found = _increment(work, y, f, factor, j, 10.0), found + 1
-            change, size = new_change, new_size
+            h = _increment(work, y, f, factor, j, 10.0)
+            found = found + 1
+            change = new_change
+            size = new_size
             work[factor, j] *= 10.0
     for e in range(words[begins + j], words[begins + j + 1]):
         i = words[rows + e]
@@ -174,7 +182,8 @@ def _largest_entry(work, f, found, words, j):
         i = words[rows + e]
         moved = abs(work[found, i] - work[f, i])
         if moved > change or size == 0.0:
-            change, size = moved, max(abs(work[found, i]), abs(work[f, i]))
+            change = moved
+            size = max(abs(work[found, i]), abs(work[f, i]))
     return change, size
 
 

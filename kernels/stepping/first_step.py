@@ -75,8 +75,11 @@ def make_hairer(name, scaled_rms):
         span = abs(s.t_end - s.t)
         if span == 0.0:
             return status
-        y, f, u = slot(None, work, Y), slot(None, work, K + fsal_stage), slot(None, work, STAGE)
-        size, slope = scaled_rms(y, work), scaled_rms(f, work)
+        y = slot(None, work, Y)
+        f = slot(None, work, K + fsal_stage)
+        u = slot(None, work, STAGE)
+        size = scaled_rms(y, work)
+        slope = scaled_rms(f, work)
         h = 1e-6 if size < 1e-5 or slope < 1e-5 else 0.01 * size / slope
         h = min(h, span)
         for i in range(len(y)):
@@ -106,7 +109,8 @@ hairer = make_hairer("hairer", _scaled_rms)
 def forget(s, pairs):
     """Let a method begin without a Jacobian and without a past."""
     s.order = s.n_equal = s.factorised = s.current = 0
-    s.h_old, s.pairs = 0.0, pairs
+    s.h_old = 0.0
+    s.pairs = pairs
 
 
 @njit(**INTERNAL)
@@ -121,16 +125,19 @@ def implicit(state, work, block, order, fsal_stage):
 @njit(**INTERNAL)
 def _with_mass(state, work, block, order, fsal_stage):
     """`implicit` for M y' = f: the start of a run is checked, the step follows from y'."""
-    s, mass = state[0], block[MASS]
+    s = state[0]
+    mass = block[MASS]
     status = plain(state, work, block, order, fsal_stage)
     if status != RUNNING:
         return status
-    y, rate = slot(None, work, Y), slot(None, work, STAGE)
+    y = slot(None, work, Y)
+    rate = slot(None, work, STAGE)
     at_start = s.n_accepted == 0 and s.n_rejected == 0
     consistent = not at_start or is_consistent(mass, s.t, y, rate)
     if consistent and s.h <= 0.0:
         rates_of(mass, s.t, y, rate)
-        size, slope = _scaled_rms(y, work), _scaled_rms(rate, work)
+        size = _scaled_rms(y, work)
+        slope = _scaled_rms(rate, work)
         h = 0.01 * size / slope if size >= 1e-5 and slope >= 1e-5 else 1e-6
         s.h = min(h, min(abs(s.t_end - s.t), s.h_max))
     s.n_extra += evaluations_since(mass)
@@ -144,7 +151,8 @@ def matlab(state, work, block, order, fsal_stage):
     s = state[0]
     if status != RUNNING:
         return status
-    rtol, span = work[RTOL, 0], abs(s.t_end - s.t)
+    rtol = work[RTOL, 0]
+    span = abs(s.t_end - s.t)
     h = min(s.h_max, span)
     if s.h > 0.0:
         s.h = min(s.h, h)
@@ -172,9 +180,11 @@ def lsoda(state, work, block, order, fsal_stage):
     if status != RUNNING:
         return status
     t_end = s.t_stop if s.passes_end else s.t_end
-    span, given = abs(t_end - s.t), s.h > 0.0
+    span = abs(t_end - s.t)
+    given = s.h > 0.0
     if not given:
-        rtol, steepest = 0.0, 0.0
+        rtol = 0.0
+        steepest = 0.0
         for i in range(work.shape[1]):
             rtol = max(rtol, work[RTOL, i])
             tolerance = work[RTOL, i] * abs(work[Y, i]) + work[ATOL, i]

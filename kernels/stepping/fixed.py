@@ -29,12 +29,19 @@ def kernel(step, fsal_stage, compensation_stage, rhs, form):
     @njit(**INTERNAL)
     def loop(state, work, block, n_steps):
         s = state[0]
-        direction, t_end, t_stop, t_start = s.direction, s.t_end, s.t_stop, s.t_start
+        direction = s.direction
+        t_end = s.t_end
+        t_stop = s.t_stop
+        t_start = s.t_start
         h = direction * s.h
-        t, t_old = s.t, s.t_old
-        y, k_last = fetch(form, work, Y), fetch(form, work, K + fsal_stage)
+        t = s.t
+        t_old = s.t_old
+        y = fetch(form, work, Y)
+        k_last = fetch(form, work, K + fsal_stage)
         compensation = fetch(form, work, K + compensation_stage)
-        status, taken, done = RUNNING, 0, s.n_accepted
+        status = RUNNING
+        taken = 0
+        done = s.n_accepted
         if direction * (t - t_end) >= 0.0:
             return FINISHED
         while taken < n_steps:
@@ -50,8 +57,10 @@ def kernel(step, fsal_stage, compensation_stage, rhs, form):
                 keep(work, Y, (y, y_old))
                 break
             taken += 1
-            t_old, t = t, t_start + (done + taken) * h
-            k_last, compensation = k[fsal_stage], k[compensation_stage]
+            t_old = t
+            t = t_start + (done + taken) * h
+            k_last = k[fsal_stage]
+            compensation = k[compensation_stage]
             if abs(t - t_end) <= LANDED * s.h:
                 t = t_end
             if direction * (t - t_end) >= 0.0:
@@ -60,7 +69,8 @@ def kernel(step, fsal_stage, compensation_stage, rhs, form):
                 keep(work, Y, (y, y_old))
                 keep(work, K, k)
                 break
-        s.t, s.t_old = t, t_old
+        s.t = t
+        s.t_old = t_old
         s.n_accepted += taken
         return status
 

@@ -83,7 +83,8 @@ def scaled_squares(s, work, row, sizes):
         for i in range(0, work.shape[1], 2):
             size = np.hypot(work[sizes, i], work[sizes, i + 1])
             scale = work[ATOL, i] + size * work[RTOL, i]
-            re, im = work[row, i] / scale, work[row, i + 1] / scale
+            re = work[row, i] / scale
+            im = work[row, i + 1] / scale
             total += re * re + im * im
         return total
     for i in range(work.shape[1]):

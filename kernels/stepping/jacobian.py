@@ -105,7 +105,8 @@ def evaluate_jacobian(s, t, work, y, f, block, factor, first):
         RUNNING, RAISED or BAD_JACOBIAN.
     """
     if is_exact(block[JACOBIAN]):
-        words, entries = words_at(block[JACOBIAN]), entries_at(work, block, first)
+        words = words_at(block[JACOBIAN])
+        entries = entries_at(work, block, first)
         call_with(words[ADDRESS], address_of(block), t, slot(None, work, y), entries)
         if _are_finite(entries, words[N_ENTRIES]):
             _put_entries(s, work, block, entries, first)
@@ -118,7 +119,8 @@ def evaluate_jacobian(s, t, work, y, f, block, factor, first):
 def other_jacobian(state, t, work, y, f, block, factor, first):
     """`evaluate_jacobian` for all Jacobians: a kernel of its own, which few solves need."""
     s = state[0]
-    n, given = work.shape[1], block[JACOBIAN]
+    n = work.shape[1]
+    given = block[JACOBIAN]
     if given != 0 and words_at(given)[N_ENTRIES] > 0:
         status = _put_other_entries(s, t, work, y, f, block, given, factor, first)
         if status != BAD_JACOBIAN or (block[MATRICES] != 0 and leading(block, n)[0] != n):
@@ -147,7 +149,8 @@ def other_jacobian(state, t, work, y, f, block, factor, first):
 @njit(**INTERNAL)
 def _put_other_entries(s, t, work, y, f, block, given, factor, first):
     """Evaluate the entries of a Jacobian, and put the entries into the matrix."""
-    words, entries = words_at(given), entries_at(work, block, first)
+    words = words_at(given)
+    entries = entries_at(work, block, first)
     status = _evaluate_entries(t, slot(None, work, y), block, given, entries)
     if status == BAD_JACOBIAN and words[GROUPS] > 0:
         if not differences_in_groups(by_pointer, t, work, y, f, block, given, factor, entries):
@@ -161,7 +164,8 @@ def _put_other_entries(s, t, work, y, f, block, given, factor, first):
 @njit(**INTERNAL)
 def _put_entries(s, work, block, entries, first):
     """Put the entries of a Jacobian into the matrix, which `clear_matrix` filled with zeros."""
-    n, given = work.shape[1], block[JACOBIAN]
+    n = work.shape[1]
+    given = block[JACOBIAN]
     if block[MATRICES] == 0 or words_at(block[MATRICES])[KIND] == FULL:
         s.lower, s.upper = _spread(given, entries, matrix_at(work, block, first), n)
         return
@@ -204,11 +208,15 @@ def _are_finite(entries, count):
 @njit(**INTERNAL)
 def _spread(given, entries, matrix, n):
     """Put entries in their places; return the bandwidths, for columns of n numbers."""
-    words, lower, upper = words_at(given), 0, 0
+    words = words_at(given)
+    lower = 0
+    upper = 0
     for e in range(words[N_ENTRIES]):
         place = words[FIRST + e]
-        i, j = place % n, place // n
-        lower, upper = max(lower, i - j), max(upper, j - i)
+        i = place % n
+        j = place // n
+        lower = max(lower, i - j)
+        upper = max(upper, j - i)
         matrix[place] = entries[e]
     return lower, upper
 
@@ -225,5 +233,6 @@ def _copy_constant(given, matrix, n):
 def _transpose(matrix, n):
     for i in range(n):
         for j in range(i):
-            a, b = i * n + j, j * n + i
+            a = i * n + j
+            b = j * n + i
             matrix[a], matrix[b] = matrix[b], matrix[a]

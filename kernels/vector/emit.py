@@ -45,7 +45,8 @@ class Lanes:
     __hash__ = None
 
     def __init__(self, builder, value):
-        self.builder, self.value = builder, value
+        self.builder = builder
+        self.value = value
         self.element = getattr(value.type, "element", value.type)
 
     def like(self, other):
@@ -221,7 +222,8 @@ def outlined(formula, n_results=1):
 
     @functools.wraps(formula)
     def call(x, *others):
-        builder, kind = x.builder, x.value.type
+        builder = x.builder
+        kind = x.value.type
         name = f"fastdyn.{formula.__name__}.{kind.count}"
         function = builder.module.globals.get(name)
         if function is None:

@@ -6,7 +6,9 @@ LLVM, because Numba has no vectors, and no `contract` for one operation.
 from llvmlite import ir
 
 FUSE = ("contract",)
-REAL, BIT, INDEX = ir.DoubleType(), ir.IntType(1), ir.IntType(32)
+REAL = ir.DoubleType()
+BIT = ir.IntType(1)
+INDEX = ir.IntType(32)
 
 
 def splat(builder, value, width):

@@ -21,7 +21,8 @@ ARC_SINE = (
 PI_4 = 0.7853981633974483, 3.061616997868383e-17
 PI_2 = 1.5707963267948966, 6.123233995736766e-17
 HALFWAY = 0.41421356237309503  # tan(pi/8)
-LARGE, SMALL = 2.0**1000, 2.0**-900
+LARGE = 2.0**1000
+SMALL = 2.0**-900
 
 
 def angle(below, above):
@@ -55,9 +56,11 @@ def arc_tangent(x):
 
 @outlined
 def arc_tangent_of_two(y, x):
-    a, b = abs(y), abs(x)
+    a = abs(y)
+    b = abs(x)
     swapped = a > b
-    above, below = where(swapped, a, b), where(swapped, b, a)
+    above = where(swapped, a, b)
+    below = where(swapped, b, a)
     scale = where(above > LARGE, 2.0**-50, where(above < SMALL, 2.0**150, 1.0))
     infinite = above == INF
     below = where(infinite, where(below == INF, 1.0, 0.0), below * scale)

@@ -86,7 +86,8 @@ def logarithm_of_one_plus(x):
 
 def precise(m):
     """log m as the sum of two doubles, with a relative error of about 2^-66."""
-    f, d = m - 1.0, m + 1.0
+    f = m - 1.0
+    d = m + 1.0
     s, s_low = quotient(f, 0.0, d, m - (d - 1.0))
     z, z_low = two_product(s, s)
     z_low = fma(s + s, s_low, z_low)

@@ -26,7 +26,8 @@ class Wide(types.Type):
     """A value in each of `width` lanes."""
 
     def __init__(self, width, exact=False):
-        self.width, self.exact = width, exact
+        self.width = width
+        self.exact = exact
         super().__init__(name=f"{type(self).__name__}({width}{', exact' * exact})")
 
 

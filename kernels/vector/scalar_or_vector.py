@@ -73,7 +73,9 @@ def _root(x, exponent):
     down = -abs(exponent)
     p = int(np.rint(-1.0 / down))
     z = _near_power(x, down)
-    a, b, c = 1.0 / p, (1.0 / p + 1.0) / 2.0, (1.0 / p + 2.0) / 3.0
+    a = 1.0 / p
+    b = (1.0 / p + 1.0) / 2.0
+    c = (1.0 / p + 2.0) / 3.0
     for _ in range(2 if p < 6 else 3):
         product = x * z
         for _ in range(p - 1):

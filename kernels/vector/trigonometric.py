@@ -66,9 +66,11 @@ def near_zero(r, low):
 def sine_cosine(x):
     k, r, low = reduced(x)
     (s, s_low), (c, c_low) = near_zero(r, low)
-    sine, cosine = s + s_low, c + c_low
+    sine = s + s_low
+    cosine = c + c_low
     odd = (k << 63) < 0
-    first, second = where(odd, cosine, sine), where(odd, sine, cosine)
+    first = where(odd, cosine, sine)
+    second = where(odd, sine, cosine)
     first = real(bits(first) ^ ((k << 62) & SIGN))
     second = real(bits(second) ^ (((k + 1) << 62) & SIGN))
     first = where(x == 0.0, x, first)
@@ -90,7 +92,8 @@ def tangent(x):
     k, r, low = reduced(x)
     (s, s_low), (c, c_low) = (fast_two_sum(*pair) for pair in near_zero(r, low))
     odd = (k << 63) < 0
-    above, above_low = where(odd, -c, s), where(odd, -c_low, s_low)
+    above = where(odd, -c, s)
+    above_low = where(odd, -c_low, s_low)
     ratio, ratio_low = quotient(above, above_low, where(odd, s, c), where(odd, s_low, c_low))
     result = where(x == 0.0, x, ratio + ratio_low)
     return where_any(abs(x) > HUGE, lambda: (by_library("tan", x),), (result,))[0]

@@ -117,7 +117,8 @@ def equilibria(fun, box=None, guesses=None, args=(), t=0.0, n_starts=200):
     >>> swing = lambda t, y: [y[1], -np.sin(y[0]) - 0.1 * y[1]]
     >>> [each.kind for each in equilibria(swing, [(-1, 4), (-1, 1)])]  # stable focus, saddle
     """
-    equations, t = equations_of(fun, args), float(t)
+    equations = equations_of(fun, args)
+    t = float(t)
     starts, region = _starts(equations, box, guesses, count(n_starts, "n_starts"))
     derivatives = equations.differentiated(t, starts[0])
     size = np.ptp(region, axis=1) if region is not None else 1.0 + np.abs(starts).max(axis=0)
@@ -131,7 +132,8 @@ def equilibria(fun, box=None, guesses=None, args=(), t=0.0, n_starts=200):
             if here.equilibrium:
                 found.append(here)
     fills = {id(each) for each in found if _goes_on(equations, derivatives, each, size)}
-    n_states, n_filling = len(found), len(fills)
+    n_states = len(found)
+    n_filling = len(fills)
     found = [e for e in found if id(e) not in fills or _is_zero(derivatives, e)]
     n_lost = n_states - len(found)
     n_filling -= n_lost
@@ -164,7 +166,9 @@ def _starts(equations, box, guesses, n_starts):
     """(states at which the search begins, the box or None)."""
     if guesses is None and box is None:
         return state_of(equations, None, "guesses")[None], None
-    starts, region, n = [], None, None
+    starts = []
+    region = None
+    n = None
     if guesses is not None:
         rows = [guesses] if np.ndim(guesses) == 1 else guesses
         starts = [state_of(equations, row, "guesses") for row in rows]
@@ -196,7 +200,8 @@ def _zero(equations, derivatives, t, start):
 def _polished(equations, derivatives, t, state):
     """A state after some steps of Newton's method."""
     for _ in range(POLISH):
-        rates, matrix = equations.rates(t, state), derivatives.at(t, state)
+        rates = equations.rates(t, state)
+        matrix = derivatives.at(t, state)
         state = state - np.linalg.lstsq(matrix, rates, rcond=1e-12)[0]
     return state
 
@@ -212,7 +217,8 @@ def _goes_on(equations, derivatives, here, size):
                 try:
                     start = here.y + step * size * v
                     state = _polished(equations, derivatives, here.t, start)
-                    rates, matrix = equations.rates(here.t, state), derivatives.at(here.t, state)
+                    rates = equations.rates(here.t, state)
+                    matrix = derivatives.at(here.t, state)
                 except (ArithmeticError, ValueError, np.linalg.LinAlgError):
                     continue
             moved = np.abs((state - here.y) / size).max() > BESIDE / 2 * np.abs(v).max()

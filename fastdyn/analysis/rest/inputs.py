@@ -31,9 +31,12 @@ def ports(equations, t, y, inputs, outputs):
     n, places = len(y), [equations.parameter(name) for name in _listed(inputs)]
     if len(set(places)) < len(places):
         raise ValueError(f"`inputs` names one argument twice; got {inputs!r}.")
-    names, values, shapes = [], [y], []
+    names = []
+    values = [y]
+    shapes = []
     for j in places:
-        value, label = _numbers(equations, j), equations.parameter_label(j).name
+        value = _numbers(equations, j)
+        label = equations.parameter_label(j).name
         names += [f"{label}[{i}]" for i in range(len(value))] if value.ndim else [label]
         values.append(np.atleast_1d(value))
         shapes.append(value.ndim)
@@ -41,7 +44,8 @@ def ports(equations, t, y, inputs, outputs):
     sizes = [len(each) for each in values[1:]]
 
     def arguments(z):
-        given, at = list(equations.args), n
+        given = list(equations.args)
+        at = n
         for j, size, is_row in zip(places, sizes, shapes, strict=True):
             given[j] = z[at : at + size] if is_row else z[at]
             at += size

@@ -21,8 +21,10 @@ SEEN = 1e-3  # of the Jacobian: the least kink
 def kind_of(eigenvalues):
     """(kind of an equilibrium in words, whether it is stable or None) from its eigenvalues."""
     size = np.abs(eigenvalues).max(initial=0.0)
-    real, turning = eigenvalues.real, np.abs(eigenvalues.imag) > ZERO * size
-    growing, decaying = real > ZERO * size, real < -ZERO * size
+    real = eigenvalues.real
+    turning = np.abs(eigenvalues.imag) > ZERO * size
+    growing = real > ZERO * size
+    decaying = real < -ZERO * size
     neither = ~(growing | decaying)
     if (np.abs(eigenvalues) <= ZERO * size).any() or size == 0.0:
         return "degenerate (an eigenvalue is zero)", False if growing.any() else None
@@ -40,7 +42,8 @@ def kind_of(eigenvalues):
 
 def around(derivatives, t, y, matrix):
     """The largest size of each element of the Jacobian at a state and around, shape (n, n)."""
-    size, largest = _sizes(y), np.abs(matrix)
+    size = _sizes(y)
+    largest = np.abs(matrix)
     for side in (-1.0, 1.0):
         there = np.abs(derivatives.at(t, y + side * AROUND * size))
         largest = np.fmax(largest, np.where(np.isfinite(there), there, 0.0))
@@ -80,7 +83,8 @@ def not_differentiable(equations, derivatives, t, y, matrix):
     A difference to one side approaches the derivative as its distance falls. On a kink it stays
     off, on a jump it grows.
     """
-    rates, size = equations.rates(t, y), _sizes(y)
+    rates = equations.rates(t, y)
+    size = _sizes(y)
     scale = around(derivatives, t, y, matrix)
     off = np.zeros((len(DISTANCES), *matrix.shape))
     for k, distance in enumerate(DISTANCES):

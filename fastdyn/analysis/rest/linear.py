@@ -228,7 +228,8 @@ def linearise(fun, y=None, args=(), t=0.0, inputs=None, outputs=None):
     >>> [mode.frequency for mode in linearise(systems.building()).modes]  # 8.740, 22.882 rad/s
     """
     equations = equations_of(fun, args)
-    y, t = state_of(equations, y, "y"), float(t)
+    y = state_of(equations, y, "y")
+    t = float(t)
     found = linearised(equations, equations.differentiated(t, y), t, y)
     if inputs is None:
         if outputs is not None:
@@ -246,7 +247,8 @@ def _plain(names):
 
 def linearised(equations, derivatives: Derivatives, t, y):
     """The Linearisation at a state, with derivatives that are compiled."""
-    rates, matrix = equations.rates(t, y), derivatives.at(t, y)
+    rates = equations.rates(t, y)
+    matrix = derivatives.at(t, y)
     for about, numbers in (("`fun`", rates), ("The Jacobian of `fun`", matrix)):
         if not np.isfinite(numbers).all():
             raise ValueError(f"{about} is not finite at t = {t:g}, y = {y}.")
@@ -254,18 +256,23 @@ def linearised(equations, derivatives: Derivatives, t, y):
     broken = not_differentiable(equations, derivatives, t, y, matrix)
     jumps = bool(broken.any())
     if jumps:
-        matrix, kind, stable = np.where(broken, np.nan, matrix), "not differentiable there", None
-        values, modes = np.full(len(y), np.nan, complex), []
+        matrix = np.where(broken, np.nan, matrix)
+        kind = "not differentiable there"
+        stable = None
+        values = np.full(len(y), np.nan, complex)
+        modes = []
     else:
         values, vectors = np.linalg.eig(matrix.astype(complex))
         order = np.lexsort((-np.imag(values), -np.real(values)))
-        values, vectors = values[order], vectors[:, order]
+        values = values[order]
+        vectors = vectors[:, order]
         if equilibrium:
             values[vanishing(derivatives, t, y, rates, matrix, values)] = 0.0
         kind, stable = kind_of(values)
         modes = modes_of(equations, matrix, values, vectors)
     if not equilibrium:
-        kind, stable = f"no equilibrium, {kind}" if jumps else "no equilibrium", None
+        kind = f"no equilibrium, {kind}" if jumps else "no equilibrium"
+        stable = None
     return Linearisation(
         equations, t, y, rates, matrix, values, modes, equilibrium, derivatives.autonomous, kind,
         stable,
@@ -280,7 +287,8 @@ def at_rest(rates, matrix, y):
 
 def modes_of(equations, matrix, values, vectors):
     """The Modes, by increasing size of the eigenvalue."""
-    labels, n = equations.labels(len(values)), len(values)
+    labels = equations.labels(len(values))
+    n = len(values)
     half = n // 2
     ahead = np.hstack([np.zeros((half, half)), np.eye(half)])
     places = half if n == 2 * half and np.array_equal(matrix[:half], ahead) else n

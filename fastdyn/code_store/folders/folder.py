@@ -123,7 +123,8 @@ class Folder:
 
     def prune(self, max_files, max_bytes):
         """Drop the entries longest unused beyond the limits, and files left half written."""
-        found, old = [], time.time() - HOUR
+        found = []
+        old = time.time() - HOUR
         with os.scandir(self.path if self._fd is None else self._fd) as entries:
             for entry in entries:
                 with contextlib.suppress(FileNotFoundError):

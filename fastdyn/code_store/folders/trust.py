@@ -68,7 +68,8 @@ def check_above(path, make=False):
 def _passed(at, path, make):
     """The stat of the folder at the end of `path`, which begins in the folder `at` ("" for "/")."""
     trusted = (0, os.geteuid())
-    names, n_links = path.split("/")[::-1], 0
+    names = path.split("/")[::-1]
+    n_links = 0
     found = os.lstat(at or "/")
     while names:
         name = names.pop()
@@ -78,7 +79,8 @@ def _passed(at, path, make):
             _check_holder(at or "/", found)
         if name == "..":  # the name may lead above the beginning
             names += os.path.dirname(at).split("/")[::-1]
-            at, found = "", os.lstat("/")
+            at = ""
+            found = os.lstat("/")
             continue
         below = f"{at}/{name}"
         found = _seen(below, make)
@@ -138,7 +140,8 @@ def _is_private(group, user):
     import pwd
 
     try:
-        person, found = pwd.getpwuid(user), grp.getgrgid(group)
+        person = pwd.getpwuid(user)
+        found = grp.getgrgid(group)
     except KeyError:
         return False
     same = user != 0 and group == person.pw_gid and found.gr_name == person.pw_name

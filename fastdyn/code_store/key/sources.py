@@ -147,7 +147,8 @@ def _imports(module, name, content):
     import ast
 
     package = module if name.endswith("/__init__.py") else module.rpartition(".")[0]
-    names, changes_numba = set(), False
+    names = set()
+    changes_numba = False
     left = ast.parse(content).body
     while left:
         node = left.pop()
@@ -180,7 +181,8 @@ def _known(names, modules):
 
 def _reached(starts, imported):
     """The modules that `starts` import, at any depth, and `starts`."""
-    reached, left = set(), set(starts)
+    reached = set()
+    left = set(starts)
     while left:
         module = left.pop()
         reached.add(module)

@@ -44,7 +44,8 @@ SAFE = (  # of whole numbers and truth values, whatever their size
 
 def dispatcher(parts):
     """A dispatcher of a user's function, to be called with all its arguments."""
-    function, jitted = parts.function, parts.jitted
+    function = parts.function
+    jitted = parts.jitted
     code = function.__code__
     last = code.co_argcount + code.co_kwonlyargcount
     given = function.__code__.replace(co_argcount=last, co_kwonlyargcount=0)

@@ -129,7 +129,9 @@ def _numba_type(kind):
 
 def _call(layout):
     """The text of a call with the arguments of a layout, and the values that the text names."""
-    places, given, named = itertools.count(), [], {}
+    places = itertools.count()
+    given = []
+    named = {}
     for kind in layout:
         if isinstance(kind, Constant):
             given.append(f"constant_{len(named)}")

@@ -39,12 +39,16 @@ class Columns(Traced):
     """
 
     def __init__(self, factors, mode, n, m, by_state, by_parameter, outputs):
-        self._factors, self._shape, self._outputs = factors, (n, m), outputs
-        self._by_state, self._by_parameter = by_state, by_parameter
+        self._factors = factors
+        self._shape = (n, m)
+        self._outputs = outputs
+        self._by_state = by_state
+        self._by_parameter = by_parameter
         super().__init__(factors.trace, mode, n * (1 + m))
 
     def _find_results(self):
-        self.n_stored, self.decisions = self.n, []
+        self.n_stored = self.n
+        self.decisions = []
 
     @functools.cached_property
     def stored(self):
@@ -72,7 +76,8 @@ class Columns(Traced):
 
     def _products(self, memory, factors, y, out):
         """Emit f, and df/dy S: one loop for all rows that have as many terms."""
-        b, (n, m) = memory.builder, self._shape
+        b = memory.builder
+        n, m = self._shape
         with memory.each(WORD(n), 1) as i:
             memory.put(b.load(b.gep(factors, [i])), out, i)
         for (n_terms, more), rows in self._sums().items():
@@ -80,7 +85,8 @@ class Columns(Traced):
             with memory.each(WORD(len(rows)), 1) as r:
                 target, place, *terms = memory.row(table, r, 2 + n_terms)
                 weights = [b.load(b.gep(factors, [b.add(place, WORD(q))])) for q in range(n_terms)]
-                own, given = b.gep(out, [target]), [b.gep(y, [at]) for at in terms]
+                own = b.gep(out, [target])
+                given = [b.gep(y, [at]) for at in terms]
                 for width, j in _parts(memory, m):
                     total = _load(b, own, j, width) if more else None
                     for weight, row in zip(weights, given, strict=True):
@@ -94,7 +100,8 @@ class Columns(Traced):
 
         A row of the table has the places of the result, of the first factor, and of the rows of S.
         """
-        (n, m), found = self._shape, {}
+        n, m = self._shape
+        found = {}
         by_row = [[] for _ in range(n)]
         for e, (i, k) in enumerate(self._by_state):
             by_row[i].append((n + e, n + k * m))
@@ -108,8 +115,11 @@ class Columns(Traced):
 
     def _add_by_parameters(self, memory, factors, out):
         """Emit the addition of df/dp: of WIDTH neighbours in a row at a time, then of the rest."""
-        b, (n, m), first = memory.builder, self._shape, self._shape[0] + len(self._by_state)
-        found, e = {WIDTH: [], 1: []}, 0
+        b = memory.builder
+        n, m = self._shape
+        first = self._shape[0] + len(self._by_state)
+        found = {WIDTH: [], 1: []}
+        e = 0
         while e < len(self._by_parameter):
             i, j = self._by_parameter[e]
             beside = [(i, j + k) for k in range(WIDTH)]

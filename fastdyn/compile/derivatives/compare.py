@@ -75,12 +75,15 @@ def _compare(bound, times, states, derivative):
     absolute values of its terms, and the function along the vector, ``at(distance)``.  Or it
     returns None: the state is left out.
     """
-    rng, wrong, tried = np.random.default_rng(1), [], 0
+    rng = np.random.default_rng(1)
+    wrong = []
+    tried = 0
     largest = np.abs(states).max(axis=0) if len(states) else 0.0
     span = times[-1] - times[0] if len(times) else 0.0
     for i in np.unique(np.linspace(0, len(times) - 1, MOST).astype(int)) if len(times) else ():
         inwards = ASIDE * span if i < len(times) - 1 else -ASIDE * span
-        t, y = times[i] + inwards * rng.uniform(0.1, 1.0), np.array(states[i])
+        t = times[i] + inwards * rng.uniform(0.1, 1.0)
+        y = np.array(states[i])
         found = derivative(t, y, np.maximum(np.abs(y), SMALLEST * largest), abs(span), rng)
         if found is None:
             continue
@@ -98,13 +101,15 @@ def _along(bound, jacobian, t, y, sizes, span, rng):
     """The `derivative` of `_compare` for a Jacobian, with df/dt if the Jacobian has df/dt."""
     n = len(y)
     y = y + ASIDE * sizes * rng.uniform(-1.0, 1.0, n)
-    v, span = sizes * rng.uniform(0.1, 1.0, n), jacobian.time * ASIDE * span
+    v = sizes * rng.uniform(0.1, 1.0, n)
+    span = jacobian.time * ASIDE * span
     found = called(bound, jacobian.function, jacobian.size, t, y)[0]
     terms = found[: len(jacobian.rows)] * v[jacobian.columns]
     along = np.bincount(jacobian.rows, terms, n)
     total = np.bincount(jacobian.rows, np.abs(terms), n)
     if jacobian.time:
-        along, total = along + span * found[-n:], total + span * np.abs(found[-n:])
+        along = along + span * found[-n:]
+        total = total + span * np.abs(found[-n:])
     return along, total, lambda h: machine_value(bound, t + h * span, y + h * v)
 
 
@@ -114,12 +119,14 @@ def _of_solution(bound, equations, args, t, z, sizes, span, rng):
     The vector moves the initial state and the parameters.  No parameter, and no component of the
     state, moves by more than its size.
     """
-    n, m = equations.n, equations.n_directions
+    n = equations.n
+    m = equations.n_directions
     own, columns = equations.parts(z)
     sizes, _ = equations.parts(sizes)
     own = own + ASIDE * sizes * rng.uniform(-1.0, 1.0, len(own))
     z = equations.joined(own, columns)
-    real, rates = python_value(bound, t, z), machine_value(bound, t, z)
+    real = python_value(bound, t, z)
+    rates = machine_value(bound, t, z)
     if isinstance(real, Exception) or rates is None:
         return None
     if not agree(bound, real, np.concatenate([rates[:n], real[n:]]), t, z):
@@ -185,7 +192,8 @@ def _sizes(positions, n, args):
 
 def _moved(positions, n, args, steps):
     """The arguments, moved along the directions; initial states are no arguments."""
-    args, at = list(args), 0
+    args = list(args)
+    at = 0
     for position in positions:
         size = np.size(args[position - 1]) if position else n
         if position:
@@ -200,7 +208,8 @@ def _largest(bound, t, y, results):
     function = bound.function
     own = function.notes[DECISIONS][0].outputs if DECISIONS in function.notes else None
     nodes = live(own or function.traced.stored[: len(results)])
-    graph, values = function.traced.trace.graph, flat([value for _, value in bound.values])
+    graph = function.traced.trace.graph
+    values = flat([value for _, value in bound.values])
     found = evaluate(graph, [], np.array([t]), y[:, None], values, nodes)[1]
     sizes = np.abs(np.asarray(found, float))
     return float(sizes[np.isfinite(sizes)].max(initial=0.0))
@@ -211,9 +220,11 @@ def _contradicted(along, total, at, largest=0.0):
 
     `largest` is the largest number in the evaluation of the function.
     """
-    wrong, near = np.isfinite(along), along
+    wrong = np.isfinite(along)
+    near = along
     for step in STEPS:
-        (near, noise), (far, _) = _difference(at, step), _difference(at, 4 * step)
+        near, noise = _difference(at, step)
+        far, _ = _difference(at, 4 * step)
         noise = noise + HIDDEN * largest / step
         doubt = 10 * np.abs(near - far) + noise + APART * np.maximum(total, np.abs(near))
         wrong &= np.abs(along - near) > doubt
@@ -224,7 +235,8 @@ def _contradicted(along, total, at, largest=0.0):
 
 def _difference(at, step):
     """(A central difference, a bound of its rounding error); nan if the function raises."""
-    above, below = at(step), at(-step)
+    above = at(step)
+    below = at(-step)
     if above is None or below is None:
         return np.nan, np.nan
     return (above - below) / (2 * step), NOISE * (np.abs(above) + np.abs(below)) / (2 * step)

@@ -36,7 +36,8 @@ def time_derivatives(event, args, near, directions, occurrences):
     if found is None:
         return None
     (by_input,) = found
-    crossing, moved = by_input.pop("t", 0.0), np.zeros(s.shape[1:])
+    crossing = by_input.pop("t", 0.0)
+    moved = np.zeros(s.shape[1:])
     for (kind, i), gradient in by_input.items():
         if kind == "y":
             crossing = crossing + gradient * rate[i]
@@ -65,7 +66,8 @@ def slopes(fun, args, mode, near, directions, t, y):
         )
     except Untraceable:
         return None
-    graph, numbers = function.traced.trace.graph, flat([value for _, value in values])
+    graph = function.traced.trace.graph
+    numbers = flat([value for _, value in values])
     nodes = [node for row in rows for node in row.values()]
     each = iter(evaluate(graph, nodes, t, y, numbers)[0])
     return [{name: next(each) for name in row} for row in rows]

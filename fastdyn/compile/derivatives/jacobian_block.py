@@ -56,7 +56,8 @@ def entries_block(entries, n, numbers=NONE, own=False):
     places = entries.columns * n + entries.rows
     numbers = np.ascontiguousarray(numbers).view(np.int64)
     block = np.concatenate([np.zeros(FIRST, np.int64), places, numbers])
-    block[N_ENTRIES], block[OWN_BLOCK] = len(places), own
+    block[N_ENTRIES] = len(places)
+    block[OWN_BLOCK] = own
     return block
 
 

@@ -74,7 +74,8 @@ def bind_saltation(saltation, args, near, varying=()):
     Uncompilable
         If a function has no trace, or a derivative is missing.
     """
-    n, more = saltation.n, saltation.n_together() - saltation.n
+    n = saltation.n
+    more = saltation.n_together() - saltation.n
     near = Near(near.t0, near.tf, np.r_[near.y0[:n], np.zeros(more)])
     said = "`on_event` cannot be traced", "the change of its sensitivities at an event"
     located = saltation.event is not None
@@ -88,7 +89,8 @@ def _bound(fun, args, mode, near, extended, as_mode, located, said, varying):
     `extended` is called ``extended(t, z, *args)`` in Python.  `said` has the reason of a refusal if
     no other reason is known, and what needs too many operations.
     """
-    n, directions = len(near.y0), extended.directions
+    n = len(near.y0)
+    directions = extended.directions
     positions = tuple(sorted({j for j in (*directions, *varying) if j}))
     found = traced_function(fun, args, mode, n, near, positions)
     if found is None:
@@ -134,7 +136,8 @@ def jump_of(bound, times, solution):
 def _extended(base, columns, n, mode, located):
     """The Function that extends the Function `base` by columns, each a parameter's slot or None."""
     traced = base.traced
-    size, slots = n * (1 + len(columns)), {slot for slot in columns if slot is not None}
+    size = n * (1 + len(columns))
+    slots = {slot for slot in columns if slot is not None}
     graph = traced.trace.graph
     if mode.residual:
         outputs, raising = _of_residual(traced, columns, n)
@@ -156,14 +159,17 @@ def _of_residual(traced, columns, n):
 
     The derivative y' is at n of the traced vector, and behind [y, S] of the longer one.
     """
-    g, m = traced.trace.graph, len(columns)
-    half, own = n * (1 + m), traced.stored[:n]
+    g = traced.trace.graph
+    m = len(columns)
+    half = n * (1 + m)
+    own = traced.stored[:n]
     found, places, _ = _partials(g, own, columns, 2 * n, False)
     at = [(i, k) for i, row in enumerate(found) for k in sorted(row)]
     moved = {g.make("y", (), n + i).key: g.make("y", (), half + i) for i in range(n)}
     nodes = [*own, traced.trace.raising, *[found[i][k] for i, k in at]]
     nodes = substituted(g, nodes, moved)
-    outputs, rows = nodes[:n], [{} for _ in range(n)]
+    outputs = nodes[:n]
+    rows = [{} for _ in range(n)]
     for (i, k), node in zip(at, nodes[n + 1 :], strict=True):
         rows[i][k] = node
     for row in rows:
@@ -209,7 +215,8 @@ def _partials(graph, outputs, columns, n, with_time):
     slots = sorted({column for column in columns if column is not None})
     inputs = [graph.make("y", (), i) for i in range(n)]
     inputs += [graph.make("par", (), slot) for slot in slots]
-    by_time, places = len(inputs), {slot: n + k for k, slot in enumerate(slots)}
+    by_time = len(inputs)
+    places = {slot: n + k for k, slot in enumerate(slots)}
     found = partials(graph, outputs, [*inputs, graph.make("t")] if with_time else inputs)
     return found, places, by_time
 
@@ -219,7 +226,8 @@ def _outputs(graph, stored, columns, n, located):
 
     For an event, `stored` has the new state and the nodes of f, f+ and g.
     """
-    m, g = len(columns), graph
+    m = len(columns)
+    g = graph
     found, places, by_time = _partials(g, stored, columns, n, located)
     state = [[g.make("y", (), n + i * m + j) for j in range(m)] for i in range(n)]
 
@@ -231,7 +239,9 @@ def _outputs(graph, stored, columns, n, located):
 
     if not located:
         return [*stored[:n], *(g.sum(along(found[i], j)) for i in range(n) for j in range(m))]
-    rate, behind, row_of_event = stored[n : 2 * n], stored[2 * n : 3 * n], found[3 * n]
+    rate = stored[n : 2 * n]
+    behind = stored[2 * n : 3 * n]
+    row_of_event = found[3 * n]
 
     def along_motion(row):
         """The derivative by time along the motion."""

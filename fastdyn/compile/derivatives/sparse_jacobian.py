@@ -51,7 +51,8 @@ def entries_of_matrix(matrix, entries, n):
     """The numbers of a sparse matrix at `entries`; raise WiderPattern if it has other elements."""
     check_shape(matrix, n)
     rows, columns, data = _coordinates(matrix)
-    places, own = entries.columns * n + entries.rows, columns * n + rows
+    places = entries.columns * n + entries.rows
+    own = columns * n + rows
     at = np.searchsorted(places, own)
     if len(own) and (at[-1] >= len(places) or (places[at] != own).any()):
         both = np.r_[places, own]

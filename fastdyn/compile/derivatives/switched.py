@@ -37,8 +37,10 @@ class Switched:
     """The switches of a traced function, and the parameters with which a solve calls it."""
 
     def __init__(self, bound):
-        self.fun, self.args = bound.held.fun, bound.held.args
-        self.function, self.n = bound.function, bound.n
+        self.fun = bound.held.fun
+        self.args = bound.held.args
+        self.function = bound.function
+        self.n = bound.n
         self.graph = self.function.traced.trace.graph
         self.outputs = self.function.derived("with signs", self._with_signs)
         self.all = self.function.derived("switches", self._found)
@@ -71,7 +73,8 @@ class Switched:
 
     def times(self, t0, tf):
         """The times at which the function switches whatever the state, in the order of the span."""
-        switches, given = self.function.traced.switches, self.given()
+        switches = self.function.traced.switches
+        given = self.given()
         if switches is None or given is None:
             return np.empty(0)
         found = switches.times(flat([value for _, value in given]), t0, tf).t
@@ -135,10 +138,15 @@ class Part:
     direction = -1.0  # of an event, which falls through zero
 
     def __init__(self, of, nodes, chosen, name, own: Any = None):
-        self.of, self.nodes, self.chosen, self.own, self.__name__ = of, nodes, chosen, own, name
+        self.of = of
+        self.nodes = nodes
+        self.chosen = chosen
+        self.own = own
+        self.__name__ = name
 
     def __call__(self, t, z, *args):
-        of, z = self.of, np.asarray(z, float)
+        of = self.of
+        z = np.asarray(z, float)
         if self.own is not None:
             y, modes = z[: of.n].copy(), z[of.n : of.n + len(self.chosen)]
             apart = of.values([s.difference for s in self.chosen], t, z)
@@ -172,20 +180,23 @@ def parts(of, chosen, widths, t0, y0):
 
     `chosen` are indices of the switches; for `widths` see `switches.hybrid`.
     """
-    n, some = of.n, [of.all[k] for k in chosen]
+    n = of.n
+    some = [of.all[k] for k in chosen]
     place = "hybrid", tuple(chosen), *widths
     whole = of.function.derived(place, lambda: hybrid(of.graph, of.outputs, some, *widths))
     state = [of.graph.make("y", (), i) for i in range(n + ADDED * len(some))]
     modes = _first_modes(of, some, t0, y0)
     fun = Part(of, whole.outputs, some, getattr(of.fun, "__name__", "fun"), of.fun)
-    events, jumps = [], []
+    events = []
+    jumps = []
     zero = of.graph.const(0.0)
     for k, behind in enumerate(whole.modes):
         here = whole.leaving[EVENTS * k : EVENTS * (k + 1)]
         for event, mode in zip(here, behind, strict=True):
             events.append(Part(of, [event], some, f"switch {k}"))
             jumped = list(state)
-            jumped[n + k], jumped[n + len(some) + k] = mode, zero
+            jumped[n + k] = mode
+            jumped[n + len(some) + k] = zero
             jumps.append(Part(of, jumped, some, f"mode {k}"))
     return modes, fun, events, jumps
 
@@ -196,13 +207,16 @@ def behind_jumps(of, chosen, widths, times, t_end):
     A solution that is farther from a switch than the `widths` of `hybrid` is on the side of the
     difference there; one that is nearer keeps its mode, which events change.
     """
-    n, g, some = of.n, of.graph, [of.all[k] for k in chosen]
+    n = of.n
+    g = of.graph
+    some = [of.all[k] for k in chosen]
     width, share, _ = widths
     behind = BEHIND * max(abs(t) for t in (*times, 1e-300)) * (1.0 if t_end > times[0] else -1.0)
     now = g.make("t")
     later = {now.key: g.add(now, g.const(behind))}
     jumped = [g.make("y", (), i) for i in range(n + ADDED * len(some))]
-    zero, one = g.const(0.0), g.const(1.0)
+    zero = g.const(0.0)
+    one = g.const(1.0)
     for k, switch in enumerate(some):
         difference, size = forced(g, [switch.difference, switch.size], {}, later)
         width_here = g.add(g.mul(g.const(share), size), g.const(width))
@@ -215,7 +229,8 @@ def behind_jumps(of, chosen, widths, times, t_end):
 
 def leaves(of, chosen, widths, t, z):
     """Whether a longer state is far from a switch on which its mode keeps the solution."""
-    n, some = of.n, [of.all[k] for k in chosen]
+    n = of.n
+    some = [of.all[k] for k in chosen]
     width, share, _ = widths
     found = of.values([x for s in some for x in (s.difference, s.size)], t, z[:n]).reshape(-1, 2)
     far = np.abs(found[:, 0]) > FAR * (width + share * found[:, 1])
@@ -232,7 +247,8 @@ def _first_modes(of, some, t0, y0):
 
 def jumping(of, t, y):
     """The indices of the switches at whose surface, seen from one state, the function jumps."""
-    given, found = of.given(), []
+    given = of.given()
+    found = []
     for k, switch in enumerate(of.all):
         at = y
         for _ in range(NEWTON):  # to the surface

@@ -41,7 +41,8 @@ def bind_transposed(saltation, args, near, positions):
     """
     n, size = saltation.n, saltation.n_together()
     longer = Near(near.t0, near.tf, np.r_[near.y0, np.zeros(size - n)])
-    fun, varying = saltation.together(), tuple(sorted(positions))
+    fun = saltation.together()
+    varying = tuple(sorted(positions))
     found = traced_function(fun, args, DERIVATIVE, size, longer, varying)
     if found is None:
         raise Uncompilable(why(fun, args, DERIVATIVE, size, varying) or NOT_TRACED)
@@ -59,17 +60,22 @@ def bind_transposed(saltation, args, near, positions):
 
 
 def _transposed(base, groups, n, scheduled, passive):
-    traced, g = base.traced, base.traced.trace.graph
-    size, stored = traced.n_stored, traced.stored
+    traced = base.traced
+    g = base.traced.trace.graph
+    size = traced.n_stored
+    stored = traced.stored
     slots = [slot for group in groups for slot in slots_of(traced.trace.reads, group, size)]
     k = [g.make("y", (), size + i) for i in range(n)]
     inputs = [g.make("y", (), i) for i in range(n)] + [g.make("par", (), slot) for slot in slots]
     time = g.make("t")
     if passive:
-        rate, behind = stored[:n], []
-        by, by_time = [*k, *[g.const(0.0)] * len(slots)], g.const(0.0)
+        rate = stored[:n]
+        behind = []
+        by = [*k, *[g.const(0.0)] * len(slots)]
+        by_time = g.const(0.0)
     else:
-        rate, behind = stored[n : 2 * n], stored[2 * n : 3 * n]
+        rate = stored[n : 2 * n]
+        behind = stored[2 * n : 3 * n]
         *by, by_time = pullback(g, stored[:n], k, [*inputs, time])
     if not scheduled:
         *slope, drift = pullback(g, stored[-1:], [g.const(1.0)], [*inputs, time])

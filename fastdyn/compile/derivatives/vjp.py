@@ -123,7 +123,8 @@ def bind_direction(fun, args, near, positions, turns, mode=DERIVATIVE):
 
 
 def _direction(base, groups, n, turns):
-    traced, g = base.traced, base.traced.trace.graph
+    traced = base.traced
+    g = base.traced.trace.graph
     inputs, _ = _inputs(base, groups, n)
     moved = [(inputs[i], g.make("y", (), n + i)) for i in range(n)]
     for p, a, b in zip(inputs[n:], *turns.tolist(), strict=True):
@@ -140,7 +141,8 @@ def frozen(function, python, values, mode, n, at=()):
 
 def _along(base, groups, n):
     """The vjp, at (t, [y, k, u, s]), of the derivative of a function along (u, s), s in time."""
-    traced, g = base.traced, base.traced.trace.graph
+    traced = base.traced
+    g = base.traced.trace.graph
     inputs, _ = _inputs(base, groups, n)
     moved = [(inputs[i], g.make("y", (), 2 * n + i)) for i in range(n)]
     moved.append((g.make("t"), g.make("y", (), 3 * n)))
@@ -158,7 +160,8 @@ def _inputs(base, groups, n):
 
 
 def _vjp(base, groups, n):
-    traced, g = base.traced, base.traced.trace.graph
+    traced = base.traced
+    g = base.traced.trace.graph
     cotangents = [g.make("y", (), n + i) for i in range(n)]
     inputs, slots = _inputs(base, groups, n)
     outputs = pullback(g, traced.stored, cotangents, inputs)

@@ -23,9 +23,13 @@ class _Band:
     """A band in LAPACK's storage; `lower` and `upper` count diagonals beside the main diagonal."""
 
     def __init__(self, numbers, lower, upper, n, matrix, pivots):
-        self.numbers, self.lower, self.ld = numbers, lower, 2 * lower + upper
+        self.numbers = numbers
+        self.lower = lower
+        self.ld = 2 * lower + upper
         self.width = lower + upper  # diagonals above the main diagonal, in the factor U
-        self._matrix, self._pivots, builder = matrix, pivots, numbers.builder
+        self._matrix = matrix
+        self._pivots = pivots
+        builder = numbers.builder
         n = builder.load(builder.bitcast(n, INDEX.as_pointer()))
         self.last = builder.sub(builder.sext(n, WORD), WORD(self.width))
         self.below, self.right = range(1, lower + 1), range(1, self.width + 1)
@@ -77,7 +81,8 @@ def _window(numbers, count):
 def _factorise(numbers, lower, upper, arguments):
     """Emit ?gbtrf; `info` is not 0 if the matrix is singular.  Fill-in must be 0 before."""
     _, n, _, _, matrix, _, pivots, info = arguments
-    notes, band = Notes(numbers), _Band(numbers, lower, upper, n, matrix, pivots)
+    notes = Notes(numbers)
+    band = _Band(numbers, lower, upper, n, matrix, pivots)
     with _columns(numbers.builder, band.last) as k:
         a = band.at(k)
         exchanged = straight_line.eliminate(numbers, a, 0, band.below, band.right)
@@ -91,7 +96,8 @@ def _factorise(numbers, lower, upper, arguments):
 def _solve(numbers, lower, upper, arguments):
     """Emit ?gbtrs for one right-hand side."""
     _, n, _, _, _, matrix, _, pivots, side, _, _ = arguments
-    builder, band = numbers.builder, _Band(numbers, lower, upper, n, matrix, pivots)
+    builder = numbers.builder
+    band = _Band(numbers, lower, upper, n, matrix, pivots)
     with builder.if_else(has_exchanges(numbers, band.end(), band.width - 1)) as (then, otherwise):
         with then:
             _forward_with_exchanges(band, side)
@@ -103,22 +109,27 @@ def _solve(numbers, lower, upper, arguments):
 def _forward_with_exchanges(band, side):
     numbers = band.numbers
     with _columns(numbers.builder, band.last) as k:
-        a, b = band.at(k), band.numbers_at(side, k)
+        a = band.at(k)
+        b = band.numbers_at(side, k)
         a.exchange_in(b)(0, band.below)
         x = b[0]
         for i in band.below:
             b[i] = numbers.less_product(b[i], a[i, 0], x)
-    a, b = band.end(), band.numbers_at(side, band.last)
+    a = band.end()
+    b = band.numbers_at(side, band.last)
     straight_line.forward(numbers, a, b, a.exchange_in(b))
 
 
 def _forward(band, side):
-    numbers, lower = band.numbers, band.lower
-    window, b = _window(numbers, lower), Column(numbers, side)
+    numbers = band.numbers
+    lower = band.lower
+    window = _window(numbers, lower)
+    b = Column(numbers, side)
     for i in range(lower):
         window[i] = b[i]
     with _columns(numbers.builder, band.last) as k:
-        a, b = band.at(k), band.numbers_at(side, k)
+        a = band.at(k)
+        b = band.numbers_at(side, k)
         b[0] = x = window[0]
         for i in band.below:
             before = window[i] if i < lower else b[i]
@@ -131,13 +142,16 @@ def _forward(band, side):
 
 
 def _backward(band, side):
-    numbers, b = band.numbers, band.numbers_at(side, band.last)
-    values, window = [b[i] for i in range(band.width)], _window(numbers, band.width)
+    numbers = band.numbers
+    b = band.numbers_at(side, band.last)
+    values = [b[i] for i in range(band.width)]
+    window = _window(numbers, band.width)
     straight_line.backward(numbers, band.end(), values)
     for i, value in enumerate(values):
         b[i] = window[i] = value
     with _columns(numbers.builder, band.last, backward=True) as k:
-        a, b = band.at(k), band.numbers_at(side, k)
+        a = band.at(k)
+        b = band.numbers_at(side, k)
         x = b[0]
         for j in reversed(band.right):
             x = numbers.less_product(x, a[0, j], window[j - 1])

@@ -16,7 +16,8 @@ FULL = 8  # most rows of a full matrix: 9 rows have 240 products
 def _factorise(numbers, found, arguments):
     """Emit ?getrf; `info` is not 0 if the matrix is singular."""
     _, _, matrix, _, pivots, info = arguments
-    n, notes = len(found.below), Notes(numbers)
+    n = len(found.below)
+    notes = Notes(numbers)
     a = Matrix(numbers, found, n, matrix, pivots)
     exchanged = straight_line.factorise(numbers, a)
     notes.take(exchanged, [a[k, k] for k in range(n)])
@@ -26,7 +27,9 @@ def _factorise(numbers, found, arguments):
 def _solve(numbers, found, arguments):
     """Emit ?getrs for one right-hand side."""
     _, _, _, matrix, _, pivots, side, _, _ = arguments
-    builder, n, side = numbers.builder, len(found.below), Column(numbers, side)
+    builder = numbers.builder
+    n = len(found.below)
+    side = Column(numbers, side)
     a = Matrix(numbers, found, n, matrix, pivots)
     with builder.if_else(has_exchanges(numbers, a, n - 1)) as (then, otherwise):
         with then:

@@ -14,7 +14,8 @@ class Column:
     """An array of real or complex numbers in memory; indexing emits a load or a store."""
 
     def __init__(self, numbers, pointer):
-        self._numbers, self._pointer = numbers, pointer
+        self._numbers = numbers
+        self._pointer = pointer
 
     def _places(self, i):
         n = self._numbers.parts
@@ -31,11 +32,13 @@ class Column:
 
     def exchange(self, i, at):
         """Emit the exchange of number i and the number at index `at`, an LLVM value."""
-        builder, n = self._numbers.builder, self._numbers.parts
+        builder = self._numbers.builder
+        n = self._numbers.parts
         there = [builder.add(builder.mul(at, INDEX(n)), INDEX(k)) for k in range(n)]
         there = [builder.gep(self._pointer, [place]) for place in there]
         for a, b in zip(self._places(i), there, strict=True):
-            before, other = builder.load(a), builder.load(b)
+            before = builder.load(a)
+            other = builder.load(b)
             builder.store(other, a)
             builder.store(before, b)
 
@@ -44,7 +47,9 @@ class Matrix:
     """A matrix in memory by columns, whose starts are `ld` numbers apart, and its pivots."""
 
     def __init__(self, numbers, found, ld, pointer, pivots):
-        self.structure, self._ld, self._builder = found, ld, numbers.builder
+        self.structure = found
+        self._ld = ld
+        self._builder = numbers.builder
         self._elements = Column(numbers, pointer)
         self._pivots = Column(Reals(numbers.builder), pivots)
 

@@ -45,11 +45,15 @@ class Kernel:
 
     fill_room: Any
     codes = ("ptr @series",)  # the words of the codes that the loop calls
-    loop, n_words, block_at = "series", 8, 5
+    loop = "series"
+    n_words = 8
+    block_at = 5
     lanes = LANES
 
     def __init__(self, plan, order, width, fused):
-        self.plan, self.order, self.width = plan, order, width
+        self.plan = plan
+        self.order = order
+        self.width = width
         self.series, self.frame, self.size = Text(fused), Text(fused), 0
         self.frame.declarations = self.series.declarations
 
@@ -71,7 +75,8 @@ class Kernel:
         lane; `watched` has the stride, the places and, by lanes, (kind, width, share).  `truth` is
         what the series returns.
         """
-        (stride, places, lanes), kinds = states, [kind for kind, *_ in watched[2]]
+        stride, places, lanes = states
+        kinds = [kind for kind, *_ in watched[2]]
         words = [self.lanes, stride, len(places), self.arrays, flags]
         words += [len(watched[1]), watched[0], self.table]
         words += [*places, *lanes, *watched[1], *kinds]
@@ -86,7 +91,8 @@ class Kernel:
         return []
 
     def _emit_frame(self, words, constants):
-        text, loop = self.frame, f"fastdyn_{self.loop}_{self.order}_{self.lanes}"
+        text = self.frame
+        loop = f"fastdyn_{self.loop}_{self.order}_{self.lanes}"
         text.read_words({"block": (self.block_at, "ptr")})
         on_stack = self.size <= ON_STACK
         if on_stack:
@@ -105,7 +111,8 @@ class Kernel:
         given = [
             *self.codes, "ptr %room", f"i64 {self.size}", f"ptr {words_at}", f"i64 {len(words)}",
         ]  # fmt: skip
-        at, size = text.slot("i64", self.n_words + len(given)), 8 * self.n_words
+        at = text.slot("i64", self.n_words + len(given))
+        size = 8 * self.n_words
         text.declarations["copy"] = "declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)"
         text.put(f"call void @llvm.memcpy.p0.p0.i64(ptr {at}, ptr %words, i64 {size}, i1 false)")
         for i, word in enumerate(given, self.n_words):
@@ -135,7 +142,8 @@ def _rows_of(watched):
     """The rows of WATCHED, from (kind, width, share) of each lane."""
     found = [[0.0] * len(watched) for _ in range(d.N_OF_WATCHED if watched else 0)]
     for i, (kind, width, share) in enumerate(watched):
-        found[d.WIDTHS][i], found[d.SHARES][i] = width, share
+        found[d.WIDTHS][i] = width
+        found[d.SHARES][i] = share
         found[d.TOUCHING][i] = float(bool(kind & d.TOUCHES))
         found[d.FREE][i] = 0.0 if kind & (d.SIGNED | d.TOUCHES) else math.inf
     return [x for row in found for x in row]
@@ -150,9 +158,13 @@ class OfOrders(Kernel):
         self.invariants = self.room(max(len(plan.invariants), 1))
 
     def __call__(self, symbol, declared):
-        plan, text, width = self.plan, self.series, self.width
-        n, watched = len(plan.outputs), self._watched()
-        row, row_of_watched = -(-n // width) * width, len(watched)
+        plan = self.plan
+        text = self.series
+        width = self.width
+        n = len(plan.outputs)
+        watched = self._watched()
+        row = -(-n // width) * width
+        row_of_watched = len(watched)
         rows = self.room((self.order + 1) * row)
         watched_rows = self.room(self.order * row_of_watched)
         self.make_room(row, row_of_watched)
@@ -182,7 +194,8 @@ class OfOrders(Kernel):
 
     def _watched(self):
         """(kind, width, share) of each watched number, and of the lanes that fill their vectors."""
-        plan, found = self.plan, []
+        plan = self.plan
+        found = []
         for key in plan.watched:
             kind = d.SIGNED * (key in plan.signed) | d.TOUCHES * (key in plan.rooted)
             hold = plan.held.get(key)
@@ -212,7 +225,8 @@ class OfRows(Kernel):
 
     def __init__(self, plan, order, width, raises, deceptive, fused, together):
         super().__init__(plan, order, width, fused)
-        self.flags, self.raises = d.DECEPTIVE * deceptive | d.MAY_RAISE * raises, raises
+        self.flags = d.DECEPTIVE * deceptive | d.MAY_RAISE * raises
+        self.raises = raises
         places = Places(plan, order, width, together)
         self.rows = Rows(plan, order, self.series.of(width), "%room", places)
         self.room(places.size)
@@ -244,11 +258,13 @@ class OfElements(OfRows):
 
     def fill_room(self):
         """Store each invariant in the lanes that need it."""
-        text, plan = self.frame, self.plan
+        text = self.frame
+        plan = self.plan
         at = {key: i for i, key in enumerate(plan.invariants)}
         found = [at[node.key] for f in plan.factors for node in f.nodes]
         if found:
-            pool, table = text.slot("double", len(at)), text.indices("factors", found)
+            pool = text.slot("double", len(at))
+            table = text.indices("factors", found)
             text.put(f"call void @fastdyn_invariants(ptr %block, ptr {pool})")
             with text.each(len(found)) as i:
                 text.store(text.load(text.at(pool, text.index(table, i))), text.at("%room", i))
@@ -262,7 +278,9 @@ class OfTrajectories(OfRows):
     """
 
     codes = "ptr @series", "ptr @ask"
-    loop, n_words, block_at = "lanes", 11, 8
+    loop = "lanes"
+    n_words = 11
+    block_at = 8
     before = d.N_OF_LANES
 
     def __init__(self, plan, order, width, *given):

@@ -52,7 +52,10 @@ class Traced:
 
     @refused_as(Refusal.untraceable)
     def __init__(self, trace, mode, n, in_batches=False):
-        self.trace, self.mode, self.n, self.in_batches = trace, mode, n, in_batches
+        self.trace = trace
+        self.mode = mode
+        self.n = n
+        self.in_batches = in_batches
         self.kinds = [kind_of_group(group) for group in trace.reads.groups]
         self.at = trace.reads.of_arguments()
         if in_batches:
@@ -70,7 +73,10 @@ class Traced:
         self.decisions = found if self.mode.notes_sides else []
 
     def _find_results(self):
-        trace, mode, n, g = self.trace, self.mode, self.n, self.trace.graph
+        trace = self.trace
+        mode = self.mode
+        n = self.n
+        g = self.trace.graph
         self.stored = trace.outputs
         if mode.second_order:
             self.stored = trace.outputs[n:]
@@ -127,7 +133,8 @@ class Traced:
 
     def key(self):
         """A digest of everything that the code depends on."""
-        g, groups = self.trace.graph, self.trace.reads.groups
+        g = self.trace.graph
+        groups = self.trace.reads.groups
         lines, ends = self._rows() if self.in_batches else self._nodes()
         tables = sorted((name, t) for name, t in g.tables.items() if isinstance(t, range))
         places = [(group.first, group.shape) for group in groups]
@@ -136,7 +143,8 @@ class Traced:
 
     def _nodes(self):
         """The nodes of the pointer form as data, and which are results."""
-        names, lines = {}, []
+        names = {}
+        lines = []
         for i, node in enumerate(self._live()):
             if i % EVERY == 0:
                 look()
@@ -193,9 +201,11 @@ class Traced:
         """
         from .series import text, text_of_event
 
-        key, given = f"series {order} {fine} {self.key()}", (order, fine)
+        key = f"series {order} {fine} {self.key()}"
+        given = (order, fine)
         if self.mode.one_number:
-            text, given = text_of_event, (order,)
+            text = text_of_event
+            given = (order,)
 
         def made(symbol):
             self.tell_if_long()

@@ -67,8 +67,10 @@ def _row(builder, pointer, count):
 
 
 def _factors(emitter, node, args):
-    b, (n, kind) = emitter.builder, node.data
-    a, pivots = _zeros(b, length(n)), _room(b, REAL, 2 * n)
+    b = emitter.builder
+    n, kind = node.data
+    a = _zeros(b, length(n))
+    pivots = _room(b, REAL, 2 * n)
     for i in range(n, leading(n)):
         b.store(REAL(1.0), b.gep(a, [INDEX(i * leading(n) + i)]))
     if len(args) == 1:
@@ -95,7 +97,8 @@ def _copy(builder, elements, a, n):
 
 
 def _solution(emitter, node, args):
-    b, (factors, *right) = emitter.builder, args
+    b = emitter.builder
+    factors, *right = args
     length = leading(len(right))
     numbers = _zeros(b, length)
     for k, value in enumerate(right):
@@ -112,7 +115,8 @@ def _entry(emitter, node, args):
 
 def _past(emitter, node, args):
     """The address of the n numbers of the state at an earlier time."""
-    b, (n, n_words) = emitter.builder, node.data
+    b = emitter.builder
+    n, n_words = node.data
     numbers = _room(b, REAL, n)
     history = emitter.source.table(node.args[1].data)
     time = b.bitcast(args[0], WORD)

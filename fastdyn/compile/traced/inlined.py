@@ -43,7 +43,8 @@ def vector_text(traced, symbol, n, width, exact, kinds=None):
     """See `Traced.vector_text`."""
     if traced.trace.error:
         raise Uncompilable(f"it can raise ({traced.trace.error}), which vectors cannot")
-    g, vector = traced.trace.graph, ir.VectorType(REAL, width)
+    g = traced.trace.graph
+    vector = ir.VectorType(REAL, width)
     # where the function would raise, the value is NaN
     nodes = [g.select(traced.trace.raising, g.const(np.nan), node) for node in traced.stored]
     whole = vector if traced.mode.one_number else ir.ArrayType(vector, len(nodes))

@@ -41,8 +41,12 @@ class Source:
     """The inputs of the pointer form."""
 
     def __init__(self, builder, traced, t, y, block, kinds):
-        self.builder, self.t, self._y, self._block = builder, t, y, block
-        self.reads, self.kinds = traced.trace.reads, kinds
+        self.builder = builder
+        self.t = t
+        self._y = y
+        self._block = block
+        self.reads = traced.trace.reads
+        self.kinds = kinds
         *self.places, _ = places_of(kinds)
 
     def y(self, i):
@@ -50,15 +54,18 @@ class Source:
 
     def parameter(self, slot):
         """The value of a parameter."""
-        b, i = self.builder, self.reads.group(slot)
-        group, place = self.reads.groups[i], self._word(i)
+        b = self.builder
+        i = self.reads.group(slot)
+        group = self.reads.groups[i]
+        place = self._word(i)
         if group.shape is not None:
             return number_at(b, self.table(group.first), INDEX(slot - group.first))
         return b.load(b.bitcast(place, REAL.as_pointer()))
 
     def table(self, slot):
         """The address of a parameter in its array."""
-        i, b = self.reads.group(slot), self.builder
+        i = self.reads.group(slot)
+        b = self.builder
         group = self.reads.groups[i]
         address = b.inttoptr(b.load(self._word(i)), OF_DTYPE[group.dtype].as_pointer())
         return address if slot == group.first else b.gep(address, [WORD(slot - group.first)])
@@ -80,7 +87,8 @@ class VectorSource(Source):
         return self.builder.extract_value(self._y, i)
 
     def parameter(self, slot):
-        kind, vector = self.kinds[self.reads.group(slot)], self.t.type
+        kind = self.kinds[self.reads.group(slot)]
+        vector = self.t.type
         if kind[0] != "lanes":
             return splat(self.builder, super().parameter(slot), vector.count)
         place = self._word(self.reads.group(slot))

@@ -25,7 +25,10 @@ class Known:
     """
 
     def __init__(self, traced, function, held, zeros):
-        self.traced, self.function, self.held, self.zeros = traced, function, held, zeros
+        self.traced = traced
+        self.function = function
+        self.held = held
+        self.zeros = zeros
 
     @functools.cached_property
     def read(self):
@@ -49,7 +52,10 @@ class Facts:
 
     def __init__(self):
         self.known: list[Known] = []
-        self.refusals, self.effect, self.writes, self.of_state = 0, False, False, False
+        self.refusals = 0
+        self.effect = False
+        self.writes = False
+        self.of_state = False
         self.reason: str | None = None
         self.whole: str | None = None
 
@@ -113,11 +119,14 @@ def forget_refusals(fun, args, mode, error):
 
     The next solve sees what the user has mended.  Messages are not compared: they name stand-ins.
     """
-    own, said = (*codes(fun, args), mode), f"{type(error).__name__}: "
+    own = (*codes(fun, args), mode)
+    said = f"{type(error).__name__}: "
     for place, entry in list(TABLE.entries.items()):
         facts = entry.value
         if place[: len(own)] == own and (facts.whole or "").startswith(said):
-            facts.refusals, facts.reason, facts.whole = 0, None, None
+            facts.refusals = 0
+            facts.reason = None
+            facts.whole = None
 
 
 def leave(fun, args, mode, reason, wrong):

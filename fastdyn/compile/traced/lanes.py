@@ -36,7 +36,8 @@ def text(traced, symbol, order, kinds, width):
         raise NotSmooth("what depends on conditions, in vectors,")
     if len(plan.steps) > MAX_STEPS:
         raise NotSmooth(f"a function of more than {MAX_STEPS} formulas, in vectors,")
-    module, raises = ir.Module(), raising is not graph.false
+    module = ir.Module()
+    raises = raising is not graph.false
     define = functools.partial(_define, module, traced, kinds, width)
     define("fastdyn_invariants", ("block", "out"), list(plan.invariants.values()))
     define("fastdyn_slopes", ("t", "y", "block", "out"), traced.stored)
@@ -74,7 +75,9 @@ def _place(builder, pointer, i, kind):
 
 def _define(module, traced, kinds, width, name, given, nodes):
     """Define a function that stores nodes at `out`, or that returns the number of one truth."""
-    kind, numbers, words = ir.VectorType(REAL, width), REAL.as_pointer(), WORD.as_pointer()
+    kind = ir.VectorType(REAL, width)
+    numbers = REAL.as_pointer()
+    words = WORD.as_pointer()
     types = {"t": kind, "y": numbers, "block": words, "out": numbers}
     stores = "out" in given
     form = ir.FunctionType(ir.VoidType() if stores else kind, [types[each] for each in given])

@@ -118,7 +118,8 @@ def _traced_function(fun, args, mode, n, near, varying, batches=False):
 
 
 def _reason(error, fun, args, mode, n):
-    refusal, what = error.__context__, str(error)
+    refusal = error.__context__
+    what = str(error)
     if not error.said or not (error.final or isinstance(refusal, Refusal)):
         return None
     if not isinstance(refusal, Refusal):
@@ -136,20 +137,24 @@ def made(function):
 def _traced(fun, args, mode, n, near, varying, lifted, batches):
     own, shape, zeros = mode.shapes(n)
     found = trace(fun, args, own, shape, varying, lifted, zeros, mode.complex_numbers, batches)
-    traced, given = Traced(found, mode, n, batches), found.reads.close()
+    traced = Traced(found, mode, n, batches)
+    given = found.reads.close()
     if any(traced.at[j - 1] is None for j in varying):
         raise Untraceable("an argument that varies is no parameter of its code")
     key = traced.key()
-    function, new = _functions.get(key), False
+    function = _functions.get(key)
+    new = False
     if function is None:
-        function, new = traced.compiled(), True
+        function = traced.compiled()
+        new = True
     parameters = list(zip(traced.kinds, given, strict=True))
     bound = with_code(function, lambda t, y: fun(t, y, *args), Held(fun, args), parameters, mode, n)
     if new:
         function.seconds = seconds_of(bound, near.t0, near.y0)
         size = 1 + len(traced.trace.graph.nodes) // NODES + n // COMPONENTS
         _functions.put(key, function, size)
-    place, values = _compared_place(traced, function, fun, given), _numbers(traced, given)
+    place = _compared_place(traced, function, fun, given)
+    values = _numbers(traced, given)
     unseen = _verified.get(place) if found.reads.lasting else None
     if unseen is None or values[unseen].any():
         read = reader(found.reads)

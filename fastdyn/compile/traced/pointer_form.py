@@ -70,7 +70,9 @@ def _text(symbol, body):
 
 def body(traced, builder, t, y, n, block, out):
     """Emit the pointer form: store results at `out`, and mark the block if the function raises."""
-    graph, raising, stored = traced.trace.graph, traced.trace.raising, traced.stored
+    graph = traced.trace.graph
+    raising = traced.trace.raising
+    stored = traced.stored
     source = Source(builder, traced, t, y, block, traced.kinds)
     emitter = Emitter(builder, graph, REAL, source)
     *values, raises = emitter.nodes([*stored, raising])

@@ -120,7 +120,8 @@ def _elements(reads, invariants):
 
 def _copied(builder, array, elements, places, out):
     """Emit a loop that stores the `_elements` of an array at their places."""
-    memory, (_, source, sign) = Memory(builder), zip(*elements, strict=True)
+    memory = Memory(builder)
+    _, source, sign = zip(*elements, strict=True)
     columns = (np.array(source), WORD), (np.array(places), WORD), (np.array(sign), REAL)
     tables = [memory.table(column, kind) for column, kind in columns]
     with memory.each(WORD(len(elements)), 1) as k:

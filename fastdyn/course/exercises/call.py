@@ -35,7 +35,9 @@ class Call:
     """
 
     def __init__(self, exercise, function):
-        self.exercise, self.function, self.notes = exercise, function, []
+        self.exercise = exercise
+        self.function = function
+        self.notes = []
         self.places = list(range(len(exercise.parameters)))
         names = _arguments(function)
         if names is not None:
@@ -43,7 +45,8 @@ class Call:
 
     def _place(self, names):
         """Match the arguments with the parameters of the exercise."""
-        asked, line = list(self.exercise.parameters), self.exercise.signature
+        asked = list(self.exercise.parameters)
+        line = self.exercise.signature
         if len(names) > 1 and names[1] == "t":
             raise Refused(f"It takes `{names[0]}` before t; asked for is `{line}`")
         if len(names) != 2 + len(asked):
@@ -76,7 +79,8 @@ class Call:
         return found
 
     def _values(self, t, y, p):
-        rows, names = [], list(self.exercise.answer)
+        rows = []
+        names = list(self.exercise.answer)
         for n in range(len(t)):
             state = np.array([one[n] for one in y.values()])
             given = [float(one[n]) for one in p.values()]

@@ -55,7 +55,8 @@ def check(path, own=None, limit=LIMIT):
     ValueError
         If no exercise is answered, or the worksheet cannot be read.
     """
-    path, own = str(path), str(own or "")
+    path = str(path)
+    own = str(own or "")
     exercises = exercises_of(own)
     found: dict = {}
     notes: dict = {}
@@ -77,10 +78,12 @@ def _session(path, own, limit, found, notes):
     )  # fmt: skip
     lines: queue.Queue = queue.Queue()
     threading.Thread(target=_forward, args=(child.stdout, lines), daemon=True).start()
-    begun, wait = "", START
+    begun = ""
+    wait = START
     try:
         while True:
-            said, wait = lines.get(timeout=wait), limit
+            said = lines.get(timeout=wait)
+            wait = limit
             if "left" in said:
                 return said["left"]
             if "unread" in said:

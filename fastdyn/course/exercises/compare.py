@@ -205,7 +205,8 @@ def _of_units(exercise, name, values, terms, samples):
     powers = {units[key]: power for key, power in extra.items()}
     many = product_of(powers) if len(powers) == len(extra) else ""
     if many:
-        due, also = exercise.answer[name], tuple(also)
+        due = exercise.answer[name]
+        also = tuple(also)
         return WrongUnit(about, has, it_has, due, many, frozenset(extra), also)
     is_off = has.replace("has", "is").replace("have", "are")
     said = f"{about} {is_off} off by a power of `{'` and `'.join(extra)}`"
@@ -230,7 +231,8 @@ def _numbers(exercise, samples):
     These are parameters, components of the state, and the sizes of vectors in the plane.
     """
     _, y, p = samples
-    numbers, units = {**p, **y}, {**exercise.parameters, **exercise.state}
+    numbers = {**p, **y}
+    units = {**exercise.parameters, **exercise.state}
     for a, b in itertools.combinations(y, 2):
         if units[a] == units[b]:
             name = f"sqrt({a}² + {b}²)"
@@ -286,7 +288,9 @@ def _dependence(exercise, name, off, call):
     """
     if exercise.project is not None:
         return ""  # no component can be changed alone
-    theirs, due, apart = [], [], []
+    theirs = []
+    due = []
+    apart = []
     t, y, p = exercise.samples()
     base = sum(exercise.values(t, y, p)[name].values())
     for one in (*y, *p, "t"):
@@ -314,7 +318,8 @@ def _dependence(exercise, name, off, call):
 
 def _changed(exercise, one):
     """The samples, with other values for one name."""
-    samples, others = exercise.samples(), exercise.samples(OTHER)
+    samples = exercise.samples()
+    others = exercise.samples(OTHER)
     if one == "t":
         return others[0], *samples[1:]
     return samples[0], *(

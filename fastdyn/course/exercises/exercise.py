@@ -63,7 +63,8 @@ class Exercise(NamedTuple):
     def samples(self, seed=1):
         """Random times, states and parameters by name, each of shape (STATES,)."""
         rng = np.random.default_rng(seed)
-        t, y = rng.uniform(0.0, 5.0, STATES), {}
+        t = rng.uniform(0.0, 5.0, STATES)
+        y = {}
         for name in self.state:
             if name in self.ranges:
                 y[name] = rng.uniform(*self.ranges[name], STATES)

@@ -70,7 +70,9 @@ def of_small_angles(exercise, name, samples, call):
     angles = [key for key, unit in exercise.state.items() if unit == "rad"]
     if not angles or exercise.project is not None:
         return ""
-    off, size, found = [], [], []
+    off = []
+    size = []
+    found = []
     for small in SMALL:
         near = {key: small * one if key in angles else one for key, one in y.items()}
         try:

@@ -70,7 +70,8 @@ def _reaction(y, p):
 def _on_the_circle(y, p):
     """States on the circle whose radius is the length, with velocities along the circle."""
     r = np.hypot(y.x, y.y)
-    x, z = y.x / r, y.y / r
+    x = y.x / r
+    z = y.y / r
     along = y.vx * z - y.vy * x
     return {"x": p.l * x, "y": p.l * z, "vx": along * z, "vy": -along * x}
 

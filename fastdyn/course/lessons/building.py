@@ -13,7 +13,8 @@ def printed(t, w, k, m, omega, d, L, g):
     """The right-hand side as printed, without -g for the lower floor."""
     y1, y2, v1, v2 = w
     s = d * math.sin(omega * t)
-    lower, upper = 2.0 * k * (y1 - s - L), 2.0 * k * (y2 - y1 - L)
+    lower = 2.0 * k * (y1 - s - L)
+    upper = 2.0 * k * (y2 - y1 - L)
     return [v1, v2, (upper - lower) / m, -upper / m - g]
 
 
@@ -125,7 +126,8 @@ def _at_rest_again(times, accelerations):
 
     def left(samples):
         ground = Building.sampled(times, accelerations=samples).ground
-        place, near = float(ground(times[-1])), float(ground(times[-1] - 1e-3))
+        place = float(ground(times[-1]))
+        near = float(ground(times[-1] - 1e-3))
         return np.array([place, (place - near) / 1e-3])
 
     window = np.exp(-(((times - 8.0) / 3.0) ** 2))

@@ -48,7 +48,8 @@ def lesson(board):
 
 def _landing(board, landed, through):
     """How fast it is on the ground, and at the end of the course's run."""
-    (speed, late), thrown = (r.quantities()["speed"][-1] for r in (landed, through)), 10.0 * 6**0.5
+    speed, late = (r.quantities()["speed"][-1] for r in (landed, through))
+    thrown = 10.0 * 6**0.5
     board.say(
         f"""Thrown at {thrown:.1f} m/s, the ball lands after {landed.t[-1]:.3f} s at {speed:.3f}
         m/s. At t = 5 s the course's run is {-through.y[2, -1]:.1f} m below the ground, at

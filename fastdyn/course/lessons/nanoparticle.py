@@ -10,7 +10,8 @@ from fastdyn import plot, solve_langevin
 from fastdyn.course.tolerances import tolerated
 from fastdyn.systems.nanoparticle import BOLTZMANN, Nanoparticle
 
-RTOL, ATOL = 1e-9, 1e-15
+RTOL = 1e-9
+ATOL = 1e-15
 TRAP, GAS = 2 * math.pi * 100e3, 2 * math.pi * 10e3  # natural frequency, friction, 1/s
 PATHS, RECORD, STEPS = 4096, 256, 4096  # paths for the moments; paths and samples of the spectrum
 SAMPLE = 1e-6  # s, between two samples: a tenth of the period of the trap
@@ -27,7 +28,8 @@ def lesson(board):
         sqrt(3kT/m) gives 7.9 mm, the mean speed sqrt(8kT/(pi m)) 6.7 mm (our numbers)."""
     )
     allowed = tolerated(run, RTOL, ATOL) * (1.0 + run.t[-1])
-    apex, (height, _) = run.t_events[0][0], run.y_events[0][0]
+    apex = run.t_events[0][0]
+    height, _ = run.y_events[0][0]
     board.check("time of the apex (s)", apex, particle.apex_time, allowed / particle.g)
     board.check("height of the apex (m)", height, particle.apex_height, allowed)
     board.check("the same in mm; printed: 10 or so", 1e3 * height, 10.0, 5.0)

@@ -56,7 +56,8 @@ def _small_angle(board):
     with plot.slides():
         figure, axes = small_angle(with_amplitude(60.0), t[: len(t) // 2])
         for degrees in (2.0, 10.0, 30.0):
-            A, pendulum = math.radians(degrees), with_amplitude(degrees)
+            A = math.radians(degrees)
+            pendulum = with_amplitude(degrees)
             phase = pendulum.natural_frequency * t
             error = np.abs(pendulum.small_angle(t) - pendulum.exact(t))[0]
             error = np.maximum.accumulate(error)
@@ -90,7 +91,8 @@ def _slack(board):
         the second integral of the motion the time."""
     )
     allowed = allowance(run)
-    time, (angle, omega) = run.t_events[0][0], run.y_events[0][0]
+    time = run.t_events[0][0]
+    angle, omega = run.y_events[0][0]
     board.check("status: stopped by the event", run.status, 1, 0)
     board.check("angle at which the cable goes slack (rad)", angle, pendulum.slack_angle, allowed)
     board.check("time (s)", time, pendulum.slack_time, 2.0 * allowed / omega)
@@ -108,7 +110,8 @@ def allowance(run, system=None):
     changes the period, and the angle goes on running ahead for the time that is left, half the
     run on average; on the separatrix neighbouring motions part as exp(w0 t).
     """
-    system, seconds = system or run.system, run.t[-1]
+    system = system or run.system
+    seconds = run.t[-1]
     w0 = math.sqrt(system.g / system.l)
     angle, velocity = tolerated(run, axis=1)[[0, -1]]
     if system.regime == "separatrix":

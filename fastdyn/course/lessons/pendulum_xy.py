@@ -50,7 +50,8 @@ def _drift(board):
         near. RK45 at rtol 1e-6 over {periods} periods:"""
     )
     t_eval = np.linspace(0.0, t_end, 1001)
-    last, runs = {}, {}
+    last = {}
+    runs = {}
     ways = {
         "accelerations only": (system, False),
         "Baumgarte": (system.baumgarte(), False),

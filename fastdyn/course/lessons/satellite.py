@@ -153,7 +153,8 @@ def _changes(run):
 
 def _lag(satellite, run):
     """Angle between the satellite and where it should be, at the end."""
-    (x, y), (u, v) = run.y[:2, -1], satellite.exact(run.t[-1])[:2]
+    x, y = run.y[:2, -1]
+    u, v = satellite.exact(run.t[-1])[:2]
     return abs(np.arctan2(x * v - y * u, x * u + y * v))
 
 
@@ -168,7 +169,8 @@ def _ellipse(board):
     allowed = allowance(run, rtol, rtol)
     board.zero("ellipse: largest error of the state", run.error(), allowed)
     laps = run.t_events[0][run.t_events[0] > 0.5 * satellite.period]
-    period, tolerance = laps[-1] / len(laps), allowed / satellite.V / len(laps)
+    period = laps[-1] / len(laps)
+    tolerance = allowed / satellite.V / len(laps)
     board.check(f"period from {len(laps)} revolutions (s)", period, satellite.period, tolerance)
     about = f"RK45, rtol {power(rtol)}, eccentricity {satellite.eccentricity:.2f}"
     board.figure("satellite-ellipse", run.plot(label=about))

@@ -38,11 +38,13 @@ def lesson(board):
 
 
 def _monte_carlo(board, thrown):
-    n, spread = 20_000, {"V": 0.5, "angle": math.radians(3.0)}
+    n = 20_000
+    spread = {"V": 0.5, "angle": math.radians(3.0)}
     random = np.random.default_rng(71)
     drawn = {name: random.normal(getattr(thrown, name), width, n) for name, width in spread.items()}
     many = thrown.ensemble((0.0, 20.0), events="ground", **TIGHT, **drawn)
-    speed, angle = drawn["V"], drawn["angle"]
+    speed = drawn["V"]
+    angle = drawn["angle"]
     up = speed * np.sin(angle)
     exact = speed * np.cos(angle) * (up + np.sqrt(up**2 + 2.0 * thrown.g * thrown.h)) / thrown.g
     board.say(
@@ -53,7 +55,8 @@ def _monte_carlo(board, thrown):
     board.check("throws that landed", (many.status == 1).sum(), n, 0)
     allowed = 1e3 * (ATOL + RTOL * exact.max())
     board.zero("largest error of a range (m)", many.y_end[:, 0] - exact, allowed)
-    mean, deviation = many.y_end[:, 0].mean(), many.y_end[:, 0].std()
+    mean = many.y_end[:, 0].mean()
+    deviation = many.y_end[:, 0].std()
     scatter = deviation / math.sqrt(n)
     with board.panel("tower-monte-carlo", (11, 6)) as axes:
         axes.hist(

@@ -43,7 +43,8 @@ def _on_the_moon():
 
 
 def _larger_particle():
-    small, large = Nanoparticle(), Nanoparticle(radius=2e-6)
+    small = Nanoparticle()
+    large = Nanoparticle(radius=2e-6)
     heights = []
     for particle in (small, large):
         atol = 1e-6 * particle.apex_height

@@ -21,7 +21,9 @@ def sheet(names=None, answers=False):
         Whether all answers, if they were computed, are what the exercises expect.
     """
     names = list(names or SYSTEMS)
-    lines, solved, hold = ["# Worksheets"], ["", "## Answers"], True
+    lines = ["# Worksheets"]
+    solved = ["", "## Answers"]
+    hold = True
     for name in names:
         lines += ["", f"## {SYSTEMS[name].title}"]
         solved += ["", f"{SYSTEMS[name].title}:", ""] if answers else []

@@ -96,10 +96,15 @@ def _impact():
     run = cable.solve((0.0, 3.0), **TIGHT)
     energy = run.quantities()["energy"]
     lost = 1.0 - energy[-1] / energy[0]
-    (_, begin, end), a = run.phases[1], cable.slack_angle
-    x, y, v, fall = math.sin(a), math.cos(a), math.sqrt(-9.81 * math.cos(a)), 9.81 * (end - begin)
+    _, begin, end = run.phases[1]
+    a = cable.slack_angle
+    x = math.sin(a)
+    y = math.cos(a)
+    v = math.sqrt(-9.81 * math.cos(a))
+    fall = 9.81 * (end - begin)
     vx, vy = v * math.cos(a), fall - v * math.sin(a)  # a parabola from the slack to the impact
-    x, y = x + vx * (end - begin), y + (vy - 0.5 * fall) * (end - begin)
+    x = x + vx * (end - begin)
+    y = y + (vy - 0.5 * fall) * (end - begin)
     outwards = (x * vx + y * vy) / math.hypot(x, y)
     where = math.degrees(cable.taut_angle)
     return Answer(
@@ -125,7 +130,8 @@ def _drift():
 def _two_pendulums():
     by_angle = Pendulum(V0=4.0).solve(method="DOP853", rtol=1e-11, atol=1e-12)
     in_plane = PendulumXY(V0=4.0).solve(method="DOP853", rtol=1e-11, atol=1e-12, project=True)
-    angle, (x, y) = by_angle.y[0, -1], in_plane.y[:2, -1]
+    angle = by_angle.y[0, -1]
+    x, y = in_plane.y[:2, -1]
     off = math.hypot(x - math.sin(angle), y - math.cos(angle))
     return Answer(
         "By the angle and by x and y it is in the same place after 20 s, to a hundred-millionth "

@@ -99,8 +99,11 @@ def skidding(t, w, m, L, c, mu, g, alpha, P):
     wheels slide. State and signs are those of `Vehicle`.
     """
     _, _, th, vx, vy, omega = w
-    s, cs = math.sin(th), math.cos(th)
-    sf, cf, ca = math.sin(th + alpha), math.cos(th + alpha), math.cos(alpha)
+    s = math.sin(th)
+    cs = math.cos(th)
+    sf = math.sin(th + alpha)
+    cf = math.cos(th + alpha)
+    ca = math.cos(alpha)
     front = sf * vx + cf * vy - 0.5 * L * ca * omega
     rear = s * vx + cs * vy + 0.5 * L * omega
     hold = 0.5 * mu * m * g
@@ -114,7 +117,8 @@ def skidding(t, w, m, L, c, mu, g, alpha, P):
 
 def skid_circles(thrusts, mu=0.3, alpha=0.1):
     """Speed and radius of the path that the skidding car ends on, for each thrust in N."""
-    car, found = Vehicle(), []
+    car = Vehicle()
+    found = []
     for P in thrusts:
         args = (car.m, car.L, car.c, mu, 9.81, alpha, P)
         run = solve_ivp(skidding, (0.0, 300.0), np.zeros(6), args=args, rtol=1e-8, atol=1e-10)

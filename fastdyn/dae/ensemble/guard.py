@@ -32,7 +32,8 @@ class Guard:
         self.size = 0
         self._moving = [k for k, node in enumerate(nodes) if not is_fixed(node)]
         self._n = len(system.states)
-        self._elements, self._projection = reduction.elements(), reduction.projection
+        self._elements = reduction.elements()
+        self._projection = reduction.projection
         if not self._moving:
             return
         self.size = len(self._moving) + 1
@@ -53,18 +54,21 @@ class Guard:
 
     def tolerances(self, options):
         """The options for the longer state, whose further components count in no error."""
-        n, m = self._n, self.size
+        n = self._n
+        m = self.size
         share = math.sqrt(n / (n + m))  # the mean of the errors is that of n components
         rtol, atol = (
             share * np.broadcast_to(np.asarray(options[name], float), n)
             for name in ("rtol", "atol")
         )
-        rtol, atol = np.r_[rtol, np.full(m, rtol.max())], np.r_[atol, np.full(m, math.inf)]
+        rtol = np.r_[rtol, np.full(m, rtol.max())]
+        atol = np.r_[atol, np.full(m, math.inf)]
         return {**options, "rtol": rtol, "atol": atol}
 
     def motion(self, motion):
         """The motion of the longer state."""
-        n, zeros = self._n, [0.0] * self.size
+        n = self._n
+        zeros = [0.0] * self.size
 
         def longer(t, z, p, *args):
             return [*motion(t, z[:n], p), *zeros]
@@ -73,15 +77,20 @@ class Guard:
 
     def project(self):
         """The projection of the longer state; None if nothing is projected nor guarded."""
-        projection, n = self._projection, self._n
+        projection = self._projection
+        n = self._n
         if not self.size:
             return projection
-        elements, moving, parts, places = self._elements, self._moving, self._parts, self._places
+        elements = self._elements
+        moving = self._moving
+        parts = self._parts
+        places = self._places
 
         def guarded(t, z, p, *args):
             x = z[:n] if projection is None else projection(t, z[:n], p)
             now = elements(t, x, p)
-            before, mark = [*now], z[len(z) - 1]
+            before = [*now]
+            mark = z[len(z) - 1]
             for k, slot in enumerate(moving):
                 before[slot] = z[n + k]
             for part in parts:

@@ -54,20 +54,24 @@ class OfReduced(DaeTrajectories):
 
     def __init__(self, solved, *given):
         super().__init__(*given)
-        self._solved, self.differentiated = solved, solved.reduction.differentiated
-        self.parameters, self.first = solved.guesses.varying, solved.guesses.first
+        self._solved = solved
+        self.differentiated = solved.reduction.differentiated
+        self.parameters = solved.guesses.varying
+        self.first = solved.guesses.first
         self._alone: dict[int, OdeResult] = {}  # trajectories that pass a singularity
 
     @property
     def y0(self):
         s = self._solved
-        n, given = s.asked.n, s.reduction.system.given
+        n = s.asked.n
+        given = s.reduction.system.given
         at = [given.place(k) for k in range(n)]
         return s.starts[:, [order * n + column for column, order in at]]
 
     def settle(self):
         """Solve the trajectories alone that may pass a singularity; compare others with F."""
-        s, r = self._solved, self._results
+        s = self._solved
+        r = self._results
         if s.guarded:
             for i in np.flatnonzero(r.y_end[:, -1] > 0.0).tolist():
                 self._settle(i)
@@ -77,14 +81,16 @@ class OfReduced(DaeTrajectories):
             check_with_function(s.asked.F, s.guesses.args(i), self[i])
 
     def _settle(self, i):
-        s, r = self._solved, self._results
+        s = self._solved
+        r = self._results
         y0, yp0 = np.split(s.guesses.state(i), 2)
         asked = s.asked._replace(y0=y0, yp0=yp0, args=s.guesses.args(i), t_eval=None)
         found = solve_reduced(asked, s.method)
         if found.success:
             return
         self._alone[i], end = found, float(found.t[-1])
-        r.status[i], r.t_end[i] = SINGULAR, end
+        r.status[i] = SINGULAR
+        r.t_end[i] = end
         if self._problem.t_eval is not None:
             sign = 1.0 if asked.tf >= asked.t0 else -1.0
             r.counts[i, 3] = np.sum(sign * self._problem.t_eval <= sign * end)
@@ -96,7 +102,8 @@ class OfReduced(DaeTrajectories):
 
     def _at(self, members, t, x, rates):
         """Components of y, (k, n), or their derivatives, at k states x of some members."""
-        system, n = self._solved.reduction.system, len(self._solved.reduction.system.states)
+        system = self._solved.reduction.system
+        n = len(self._solved.reduction.system.states)
         found = np.full((len(t), self._solved.asked.n), np.nan)
         there = np.flatnonzero(np.isfinite(x).all(axis=1))
         for k in range(0, len(there), MANY):
@@ -115,7 +122,8 @@ class OfReduced(DaeTrajectories):
     def _all(self, rates):
         x = self._results.y_eval
         m, n_times = x.shape[:2]
-        members, t = np.repeat(np.arange(m), n_times), np.tile(self._problem.t_eval, m)
+        members = np.repeat(np.arange(m), n_times)
+        t = np.tile(self._problem.t_eval, m)
         found = self._at(members, t, x.reshape(m * n_times, -1), rates)
         return found.reshape(m, n_times, -1).transpose(0, 2, 1)
 

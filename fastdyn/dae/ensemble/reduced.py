@@ -49,15 +49,18 @@ def planned(asked, guesses, wanted, method, simd):
     if decisions(reduction.system):
         raise ValueError(KINKS)
     held = checked_held(held_components(asked), reduction)
-    system, t0 = reduction.system, asked.t0
+    system = reduction.system
+    t0 = asked.t0
     values = np.repeat(system.given.values[:, None], guesses.count, axis=1)
     slots = dict(zip(varying, system.given.varied, strict=True))
     for j, slot in slots.items():
         values[slot] = guesses.varying[j]
 
     starts, failed = _starts(guesses, reduction, values, t0, held)
-    guard, options = Guard(reduction), options_of(asked.options, system, asked.n)
-    states, motion = starts[:, places(system)], reduction.motion
+    guard = Guard(reduction)
+    options = options_of(asked.options, system, asked.n)
+    states = starts[:, places(system)]
+    motion = reduction.motion
     if guard.size:
         of_all = system.with_values(values[:, : len(starts)])
         times = np.full(len(starts), t0)

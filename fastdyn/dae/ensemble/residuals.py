@@ -32,7 +32,8 @@ def planned(asked, guesses, wanted):
     ValueError
         If no trajectory has a consistent start.
     """
-    problem, n = problem_of_residual(asked), asked.n
+    problem = problem_of_residual(asked)
+    n = asked.n
     load_kernels(problem)
     near = guesses.near(problem, 2 * n)
 
@@ -50,7 +51,8 @@ def planned(asked, guesses, wanted):
         equations = Equations(p, bound, jacobian_of(p, bound, others))
         both = consistent(equations, p, asked.held)
         if not indices:
-            jacobian, rates = equations.jacobian(both), equations.rates(both)
+            jacobian = equations.jacobian(both)
+            rates = equations.rates(both)
             indices.append(index_of(jacobian, n, equations.noise, rates))
         return both
 

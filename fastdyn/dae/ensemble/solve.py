@@ -117,7 +117,8 @@ def solve_dae_ensemble(
     asked = first_given(F, t_span, guesses, yp0 is not None, t_eval, events, given, options)
     if asked.t0 == asked.tf:
         raise ValueError("`t_span` must not be empty.")
-    wanted, how = reductions.wanted(reduce, events), (threads, progress, options)
+    wanted = reductions.wanted(reduce, events)
+    how = (threads, progress, options)
     if method not in (None, "BDF"):
         return _reduced(asked, guesses, wanted, method, simd, how)
     if simd is True:
@@ -136,7 +137,8 @@ def solve_dae_ensemble(
 
 
 def _solved(planned, how):
-    (ensemble, kind), (threads, progress, options) = planned, how
+    ensemble, kind = planned
+    threads, progress, options = how
     return solved(ensemble, kind, threads, progress, options=options)
 
 

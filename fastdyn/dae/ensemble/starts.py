@@ -54,7 +54,8 @@ def sentences(errors, left):
 
 
 def _not_finite(guess):
-    place, n = int(np.argmin(np.isfinite(guess))), len(guess) // 2
+    place = int(np.argmin(np.isfinite(guess)))
+    n = len(guess) // 2
     name = "y0" if place < n else "yp0"
     return f"component {place % n} of `{name}` is not finite"
 

@@ -43,11 +43,13 @@ class DaeTrajectories(Trajectories):
 
     def __init__(self, facts, *given):
         super().__init__(*given)
-        self._facts, self.index = facts, facts.index
+        self._facts = facts
+        self.index = facts.index
 
     @property
     def argument_labels(self):
-        facts, first = self._facts, self.first
+        facts = self._facts
+        first = self.first
         names = [label.name for label in argument_names(facts.F, first)][1:]  # behind yp
         names += [f"args[{j}]" for j in range(len(names), len(first))]
         return [Label(name) for name in names[: len(first)]]
@@ -63,7 +65,8 @@ class DaeTrajectories(Trajectories):
         return super().message(i)
 
     def __getitem__(self, i):
-        found, i = super().__getitem__(i), range(len(self))[i]
+        found = super().__getitem__(i)
+        i = range(len(self))[i]
         rates = self.yp[i]
         found["yp"] = rates[:, None] if rates.ndim == 1 else rates[:, : len(found.t)]
         found["index"] = self.index
@@ -105,6 +108,7 @@ class OfResiduals(DaeTrajectories):
         return self._parts_at_events(slice(self._n, None))
 
     def __getitem__(self, i):
-        found, i = super().__getitem__(i), range(len(self))[i]
+        found = super().__getitem__(i)
+        i = range(len(self))[i]
         found["yp_events"] = self.yp_events and [each[i] for each in self.yp_events]
         return found

@@ -21,10 +21,13 @@ class Action:
     bad = None
 
     def __init__(self, system, act, held):
-        self._system, self._act, self._held = system, act, held
+        self._system = system
+        self._act = act
+        self._held = held
 
     def __call__(self, t, x, p, *args):
-        system, given = self._system, self._system.given
+        system = self._system
+        given = self._system.given
         y = components(system, [t], x[:, None], project=True)[:, 0]
         new = derivative(self._act(t, y, *args), given.n, JUMP)
         bad = np.flatnonzero(~np.isfinite(new))

@@ -12,7 +12,9 @@ def check_with_function(fun, args, found):
     """Raise ValueError if the solution is none of ``fun(t, y, yp) = 0`` at some of its times."""
     random = np.random.default_rng(1)
     for i in np.unique(np.linspace(0, len(found.t) - 1, MOST).astype(int)) if len(found.t) else ():
-        t, y, yp = float(found.t[i]), found.y[:, i], np.nan_to_num(found.yp[:, i])
+        t = float(found.t[i])
+        y = found.y[:, i]
+        yp = np.nan_to_num(found.yp[:, i])
         try:
             residual = np.abs(np.asarray(fun(t, y.copy(), yp.copy(), *args), float))
             moved = [

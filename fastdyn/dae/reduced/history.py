@@ -44,7 +44,9 @@ def history(reduction, t, x, whole=True):
     determine what follows from them: a determinant that changes its sign for every choice tells
     that the equations are singular within the step.  A `whole` step is looked at in parts before.
     """
-    log, start, end = [], 0, len(t) - 1
+    log = []
+    start = 0
+    end = len(t) - 1
     while True:
         try:
             chosen = reduction.choice(t[start], orders(reduction.system, x[:, start]))
@@ -105,7 +107,9 @@ def decisions(reduced):
 
 def _jump_of(reduced, nodes, found, part):
     """The first time of a smooth part of a result at which a constraint jumps, or None."""
-    graph, values, times = reduced.given.graph, reduced.given.values, found.t[part]
+    graph = reduced.given.graph
+    values = reduced.given.values
+    times = found.t[part]
     with GROWING:
         outputs = [*_constraints(reduced), graph.const(LEAST)]
         outputs += [reduced.node(*place) for place in reduced.states]  # the measure of a jump

@@ -51,7 +51,8 @@ def run(reduction, given, z, method, held, tangent=None):
     sensitivities.ReducedTangent, adds the sensitivities.
     """
     kinks = decisions(reduction.system)
-    actions, asked = [], []
+    actions = []
+    asked = []
     problem = _problem(reduction, given, z, method, held, bool(kinks), actions, asked)
     whole = None
     try:
@@ -166,7 +167,9 @@ def _of_no_time(problem):
 
 def _result(reduction, given, found, last, log):
     """The result up to the step end `last`."""
-    system, end, t_eval = reduction.system, found.t[last], given.t_eval
+    system = reduction.system
+    end = found.t[last]
+    t_eval = given.t_eval
     sign = 1.0 if found.t[-1] >= found.t[0] else -1.0
     sol = None if found.sol is None else Solution(system, found.sol)
     if t_eval is None:
@@ -179,16 +182,20 @@ def _result(reduction, given, found, last, log):
         t = t_eval[sign * t_eval <= sign * end]
         x = np.asarray(found.sol(t))  # pyright: ignore[reportOptionalCall]
     y, yp = (components(system, t, x, True, rates) for rates in (False, True))
-    times, states = [], []
+    times = []
+    states = []
     for at, x in zip(found.t_events or (), found.y_events or (), strict=True):
         here = sign * at <= sign * end
         times.append(at[here])
         x = np.reshape(x, (len(at), len(system.states)))[here].T
         states.append(components(system, at[here], x, project=True).T)
     result = OdeResult(found)
-    result.t, result.y, result.sol = t, y, sol if given.dense_output else None
+    result.t = t
+    result.y = y
+    result.sol = sol if given.dense_output else None
     if found.t_events is not None:
-        result.t_events, result.y_events = times, states
+        result.t_events = times
+        result.y_events = states
     result["yp"], result["index"], result["states"] = yp, reduction.index, log
     result["differentiated"] = reduction.differentiated
     return result

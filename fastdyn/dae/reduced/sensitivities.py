@@ -37,13 +37,16 @@ class ReducedTangent:
     """
 
     def __init__(self, reduction, given, held):
-        self._reduction, self._given, self._held = reduction, given, held
+        self._reduction = reduction
+        self._given = given
+        self._held = held
         self._system, self._slopes = reduction.system, reduction.slopes()
         self._size = (self._system.levels() + 1) * given.n
         self._places = places(self._system)
         by_start = any(d.position == 0 for d in given.directions)
         self._positions = (0,) * by_start + (1,) * bool(self._system.given.varied)
-        self._m, at = sum([d.size for d in given.directions]), given.n * by_start
+        self._m = sum([d.size for d in given.directions])
+        at = given.n * by_start
         order = []  # of the columns, as the directions are given; those by y0 are the first here
         for d in given.directions:
             if d.position == 0:
@@ -55,13 +58,16 @@ class ReducedTangent:
 
     def start(self, t, z):
         """The derivatives of the reduced state at a consistent start z, shape (n, m)."""
-        system, n = self._system, self._given.n
-        columns, m = np.zeros((self._size, self._m)), self._m
+        system = self._system
+        n = self._given.n
+        columns = np.zeros((self._size, self._m))
+        m = self._m
         if 0 in self._positions:
             for k in range(n):
                 column, order = system.given.place(k)
                 columns[order * n + column, k] = 1.0
-        t, z = np.array([float(t)]), z[:, None]
+        t = np.array([float(t)])
+        z = z[:, None]
         d = system.offsets.components
         for slopes, (depth, rows, at, _) in zip(
             self._slopes[:-1], constraints(system), strict=True
@@ -95,11 +101,13 @@ class ReducedTangent:
             parts = [slice(k, k + MANY) for k in range(0, len(t), MANY)]
             found = [self.of_components(t[part], x[:, part], s[..., part]) for part in parts]
             return np.concatenate(found, axis=2)
-        system, n = self._system, self._given.n
+        system = self._system
+        n = self._given.n
         z = orders(system, x)
         projected(system, t, z)
         complete(system, t, z)
-        d, columns = system.offsets.components, np.zeros((len(t), self._size, self._m))
+        d = system.offsets.components
+        columns = np.zeros((len(t), self._size, self._m))
         columns[:, self._places] = np.moveaxis(s, -1, 0)
         for slopes, (depth, _, at, _) in zip(self._slopes[:-1], constraints(system), strict=True):
             where = [system.given.columns[j] + (int(d[j]) - depth) * n for j in at]
@@ -115,7 +123,8 @@ class ReducedTangent:
 
     def solved(self, problem, z):
         """(The OdeResult of the reduced state, the OdeResult with its sensitivities behind it)."""
-        p, n = problem, len(problem.y0)
+        p = problem
+        n = len(problem.y0)
         tolerances = Tolerances(p, self._m)
         slots, varied = self._system.given.varied, self._system.given.values[
             list(self._system.given.varied)
@@ -149,8 +158,10 @@ class ReducedTangent:
 
     def put(self, result, whole):
         """Add `sensitivity` and `event_sensitivity` to the result of all components."""
-        given, m = self._given, self._m
-        n, t = len(self._places), np.asarray(result.t)
+        given = self._given
+        m = self._m
+        n = len(self._places)
+        t = np.asarray(result.t)
         if given.t_eval is None:
             states = whole.y[:, : len(t)]
         else:
@@ -159,11 +170,13 @@ class ReducedTangent:
         result["sensitivity"] = by_name(found[:, self._order], given.directions)
         if result.t_events is None:
             return
-        found, near = [], Near(given.t0, given.tf, given.y0)
+        found = []
+        near = Near(given.t0, given.tf, given.y0)
         events = listed(given.events, {}) or ()
         for event, t, z in zip(events, result.t_events, whole.y_events, strict=True):
             z = np.reshape(z, (-1, n * (1 + m)))[: len(t)].T
-            x, s = z[:n], z[n:].reshape(n, m, len(t))
+            x = z[:n]
+            s = z[n:].reshape(n, m, len(t))
             s = self.of_components(t, x, s)[:, self._order]
             y, rate = (components(self._system, t, x, True, rates) for rates in (False, True))
             at = t, y, rate, s

@@ -29,7 +29,8 @@ def components(reduced, t, x, project=False, rates=False):
     if project:
         projected(reduced, t, z)
     complete(reduced, t, z)
-    given, d = reduced.given, reduced.offsets.components
+    given = reduced.given
+    d = reduced.offsets.components
     at = [given.place(k) for k in range(given.n)]
     found = z[[(order + rates) * given.n + column for column, order in at]]
     known = dict(zip(given.columns, d, strict=True))
@@ -46,14 +47,16 @@ def orders(reduced, x):
 
 def complete(reduced, t, z):
     """Compute the highest orders in z, which are linear in the equations."""
-    given, d = reduced.given, reduced.offsets.components
+    given = reduced.given
+    d = reduced.offsets.components
     highest = [int(d[j]) * given.n + column for j, column in enumerate(given.columns)]
     z[highest] = -_solved(reduced.matrices(t, z), reduced.numbers(reduced.rest, t, z))
 
 
 def projected(reduced, t, z):
     """Change z to satisfy the constraints: see `formulas.projection`."""
-    given, d = reduced.given, reduced.offsets.components
+    given = reduced.given
+    d = reduced.offsets.components
     for m, rows, columns, linear in constraints(reduced):
         at = [given.columns[j] + (int(d[j]) - m) * given.n for j in columns]
         nodes = [reduced.residual(row, m) for row in rows]
@@ -94,8 +97,10 @@ class Solution:
     """
 
     def __init__(self, reduced, states):
-        self._reduced, self._states = reduced, states
-        self.t_min, self.t_max = states.t_min, states.t_max
+        self._reduced = reduced
+        self._states = states
+        self.t_min = states.t_min
+        self.t_max = states.t_max
 
     def __call__(self, t):
         t = np.asarray(t, float)

@@ -30,7 +30,8 @@ def choice(offsets, matrix):
     ZeroDivisionError
         If the matrix is singular at this point.
     """
-    depths, columns = [], np.arange(len(matrix))
+    depths = []
+    columns = np.arange(len(matrix))
     for m in range(1, int(offsets.equations.max(initial=0)) + 1):
         rows = np.flatnonzero(offsets.equations >= m)
         columns = columns[offsets.components[columns] >= m]

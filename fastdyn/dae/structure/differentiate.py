@@ -97,12 +97,14 @@ def differentiated(given, offsets):
 
 
 def _differentiated(given, offsets, extra):
-    graph, (c, d) = given.graph, offsets
+    graph = given.graph
+    c, d = offsets
     orders = [[output] for output in given.outputs]
     for i, found in enumerate(orders):
         for _ in range(c[i]):
             found.append(*along(graph, found[-1:], _motion(given, d)))
-    slopes, matrix = _slopes(given, d), {}
+    slopes = _slopes(given, d)
+    matrix = {}
     for j, column in enumerate(given.columns):
         for i in np.flatnonzero(c <= d[j]):
             entry = slopes.get((int(i), int(d[j] - c[i]) * given.n + column))

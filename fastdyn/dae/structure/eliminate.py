@@ -23,9 +23,11 @@ def pivots(reduced, t, z):
     while fixed and size > SMALL and np.isfinite(numbers).all():
         i, j = min(fixed, key=lambda at: _fill(there, rows, columns, *at))
         fixed.discard((i, j))
-        others, rest = sorted(rows - {i}), sorted(columns - {j})
+        others = sorted(rows - {i})
+        rest = sorted(columns - {j})
         sizes = np.abs(numbers[np.ix_(sorted(rows), sorted(columns))])
-        row, column = sorted(rows).index(i), sorted(columns).index(j)
+        row = sorted(rows).index(i)
+        column = sorted(columns).index(j)
         if sizes[row, column] < LEAST * max(sizes[row].max(), sizes[:, column].max()):
             continue
         found.append((i, j))
@@ -45,16 +47,19 @@ def pivots(reduced, t, z):
 def hold(numbers, order):
     """Whether pivots chosen at one point are large enough at k others, of matrices (k, n, n)."""
     numbers = numbers.copy()
-    rows, columns = list(range(numbers.shape[1])), list(range(numbers.shape[1]))
+    rows = list(range(numbers.shape[1]))
+    columns = list(range(numbers.shape[1]))
     large = np.ones(len(numbers), bool)
     with np.errstate(all="ignore"):
         for i, j in order:
-            sizes, pivot = np.abs(numbers), numbers[:, i, j]
+            sizes = np.abs(numbers)
+            pivot = numbers[:, i, j]
             largest = np.maximum(sizes[:, i, columns].max(axis=1), sizes[:, rows, j].max(axis=1))
             large &= np.abs(pivot) >= LEAST * largest
             rows.remove(i)
             columns.remove(j)
-            column, row = numbers[:, rows, j], numbers[:, i, :][:, columns]
+            column = numbers[:, rows, j]
+            row = numbers[:, i, :][:, columns]
             change = column[:, :, None] * row[:, None, :] / pivot[:, None, None]
             numbers[np.ix_(range(len(numbers)), rows, columns)] -= change
     return large
@@ -63,8 +68,10 @@ def hold(numbers, order):
 def solved(text, matrix, right, order):
     """The names of the solution of a system in names, after elimination by the pivots `order`."""
     size = len(right)
-    matrix, right = [list(row) for row in matrix], list(right)
-    rows, columns = list(range(size)), list(range(size))
+    matrix = [list(row) for row in matrix]
+    right = list(right)
+    rows = list(range(size))
+    columns = list(range(size))
     for i, j in order:
         rows.remove(i)
         columns.remove(j)

@@ -83,7 +83,8 @@ def equations(given, varying=()):
     ValueError
         If the function cannot be traced.
     """
-    n, both = given.n, np.concatenate([given.y0, given.yp0])
+    n = given.n
+    both = np.concatenate([given.y0, given.yp0])
     residual = of_vector(given.F, n)
     near = Near(given.t0, given.tf, off_the_solution(both))
     positions = [d.position for d in given.directions or () if d.position]
@@ -96,7 +97,8 @@ def equations(given, varying=()):
             f"{': ' * bool(reason)}{reason or ''}. Equations of index 1 need no reduction."
         )
     function, parameters, at = found
-    values, trace = flat([value for _, value in parameters]), function.traced.trace
+    values = flat([value for _, value in parameters])
+    trace = function.traced.trace
     rows = list(range(n))
     varied = tuple(slot for j in positions for slot in slots_of(trace.reads, at[j - 1], n))
     whole = Equations(trace.graph, n, rows, trace.outputs[:n], rows, values, {}, varied)
@@ -131,7 +133,8 @@ def _root(alias, k):
     """(component j that is no alias, order l) of component k."""
     order = 0
     while k in alias:
-        k, order = alias[k], order + 1
+        k = alias[k]
+        order = order + 1
     return k, order
 
 
@@ -147,5 +150,6 @@ def _derivative_of(given, output):
     if len(slopes) != 2 or any(slope.op != "const" for slope in slopes):
         return None
     at_rest = evaluate(given.graph, [output], np.zeros(1), np.zeros((2 * given.n, 1)), ())[0]
-    k, j = inputs[0], inputs[1] - given.n
+    k = inputs[0]
+    j = inputs[1] - given.n
     return (j, k) if j != k and slopes[0].data == -slopes[1].data and at_rest == 0 else None

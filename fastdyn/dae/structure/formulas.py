@@ -27,11 +27,13 @@ def motion(reduced, pivots=()):
 
 def components(reduced, pivots=(), used=None):
     """``components(t, x, p)``: the components of y; nan for those that are not `used`."""
-    given, place = reduced.given, {each: i for i, each in enumerate(reduced.states)}
+    given = reduced.given
+    place = {each: i for i, each in enumerate(reduced.states)}
     wanted: list = [given.place(k) for k in range(given.n)]
     wanted = [(given.columns.index(column), order) for column, order in wanted]
     used = range(given.n) if used is None else used
-    text, highest = _text(reduced), []
+    text = _text(reduced)
+    highest = []
     if any(wanted[k] not in place for k in used):
         text, highest = _with_highest(reduced, pivots)
     names = ["float('nan')"] * given.n
@@ -46,7 +48,8 @@ def projection(reduced):
     Depth by depth (see `constraints`), each for one order of the components: x - A' (A A')^-1 r
     with the residuals r and the part A of the matrix.
     """
-    text, d = _text(reduced), reduced.offsets.components
+    text = _text(reduced)
+    d = reduced.offsets.components
     names = {place: f"x[{i}]" for i, place in enumerate(reduced.states)}
     for m, rows, columns, linear in constraints(reduced):
         for _ in range(1 if linear else NEWTON):
@@ -103,7 +106,8 @@ class Slopes(NamedTuple):
 
 def slopes(reduced, varied):
     """The Slopes of the equations of each depth of `constraints`, and then of the last orders."""
-    graph, size = reduced.given.graph, (reduced.levels() + 1) * reduced.given.n
+    graph = reduced.given.graph
+    size = (reduced.levels() + 1) * reduced.given.n
     inputs = [graph.make("y", (), i) for i in range(size)]
     inputs += [graph.make("par", (), slot) for slot in varied]
     together = [[reduced.residual(row, m) for row in rows] for m, rows, *_ in constraints(reduced)]
@@ -150,12 +154,14 @@ def _text(reduced):
 def _matrix(reduced, text, rows, columns):
     zero = reduced.given.graph.const(0.0)
     nodes = [reduced.matrix.get((i, j), zero) for i in rows for j in columns]
-    values, n = text.values(nodes), len(columns)
+    values = text.values(nodes)
+    n = len(columns)
     return [values[i * n : (i + 1) * n] for i in range(len(rows))]
 
 
 def _with_highest(reduced, pivots):
     """(Text, the names of the highest orders by position)."""
-    text, every = _text(reduced), range(len(reduced.orders))
+    text = _text(reduced)
+    every = range(len(reduced.orders))
     rest = [text.named(f"-{value}") for value in text.values(reduced.rest)]
     return text, solved(text, _matrix(reduced, text, every, every), rest, pivots)

@@ -160,8 +160,10 @@ class Choice:
     """
 
     def __init__(self, system, depths):
-        self._system, self.depths = system, depths
-        self._places, given = choice.states(system, depths), system.given
+        self._system = system
+        self.depths = depths
+        self._places = choice.states(system, depths)
+        given = system.given
         self.states = tuple(
             sorted(
                 order * given.n + given.columns[j] if name is None else name

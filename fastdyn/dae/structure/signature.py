@@ -74,7 +74,8 @@ def offsets(sigma, rows, columns):
 def _singular(present, matched, rows, columns):
     """A sentence that names equations with too few components (Dulmage and Mendelsohn)."""
     todo = [int(np.flatnonzero(matched < 0)[0])]
-    equations, components = set(todo), set()
+    equations = set(todo)
+    components = set()
     owner = {int(j): i for i, j in enumerate(matched) if j >= 0}
     while todo:
         for j in np.flatnonzero(present[todo.pop()]):

@@ -24,7 +24,8 @@ def guess(reduced, y0, yp0):
     """All orders of all components: those that y0 and yp0, (n,) or (n, k), give, and zeros."""
     given = reduced.given
     z = np.zeros((reduced.levels() + 1, *np.shape(y0)))
-    z[0], z[1] = y0, yp0
+    z[0] = y0
+    z[1] = yp0
     for k, (column, order) in given.alias.items():
         z[order, column] = y0[k]
         z[order + 1, column] = yp0[k]
@@ -57,7 +58,9 @@ def consistent_all(reduced, t, z, held=None):
 
     The parameters of `reduced` have shape (n_slots,), or (n_slots, k).
     """
-    first, z, errors = z, z.copy(), {}
+    first = z
+    z = z.copy()
+    errors = {}
     times = np.full(z.shape[1], float(t))
     d = reduced.offsets.components
     with np.errstate(all="ignore"):
@@ -94,7 +97,9 @@ def _depth(reduced, t, z, rows, free, m, held, errors):
         finite = np.isfinite(residuals).all(axis=1) & np.isfinite(matrices).all(axis=(1, 2))
         for k in left[~finite]:
             errors[int(k)] = _nowhere(names)
-        left, residuals, matrices = left[finite], residuals[finite], matrices[finite]
+        left = left[finite]
+        residuals = residuals[finite]
+        matrices = matrices[finite]
         for k, residual, matrix in zip(left.tolist(), residuals, matrices, strict=True):
             step = np.linalg.lstsq(matrix, residual, rcond=LOST)[0] if free else np.zeros(0)
             z[places, k] -= step
@@ -120,12 +125,15 @@ def _nowhere(names):
 
 def _highest(reduced, t, z, errors):
     """Compute the highest orders, which are linear in the equations."""
-    given, d = reduced.given, reduced.offsets.components
+    given = reduced.given
+    d = reduced.offsets.components
     left = np.array([k for k in range(len(t)) if k not in errors], int)
     if not len(left):
         return
-    own, at = _of(reduced, left), z[:, left]
-    matrices, rest = own.matrices(t[left], at), own.numbers(own.rest, t[left], at)
+    own = _of(reduced, left)
+    at = z[:, left]
+    matrices = own.matrices(t[left], at)
+    rest = own.numbers(own.rest, t[left], at)
     places = [int(d[j]) * given.n + column for j, column in enumerate(given.columns)]
     for k, matrix, right in zip(left.tolist(), matrices, rest.T, strict=True):
         try:
@@ -162,7 +170,9 @@ def _large(vector):
 
 def _check_near(reduced, first, z, errors):
     """Note an Unsolved where components that are states by themselves have moved far."""
-    d, extra, given = reduced.offsets.components, reduced.extra, reduced.given
+    d = reduced.offsets.components
+    extra = reduced.extra
+    given = reduced.given
     checked = []
     for j, order in reduced.states:
         name = reduced.name(j, order)

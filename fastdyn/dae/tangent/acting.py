@@ -32,10 +32,14 @@ class Acting:
     """
 
     def __init__(self, tangent, problem, event, act):
-        self._tangent, self._problem, self._event, self._act = tangent, problem, event, act
+        self._tangent = tangent
+        self._problem = problem
+        self._event = event
+        self._act = act
 
     def __call__(self, t, z, *args):
-        tangent, n = self._tangent, self._tangent.equations.n
+        tangent = self._tangent
+        n = self._tangent.equations.n
         both, columns = tangent.equations.parts(z)
         new = derivative(self._act(t, both[:n].copy(), *args), n, JUMP)
         later = self._later(t, both, columns, args)
@@ -51,7 +55,8 @@ class Acting:
         """The derivatives of the time, (m,)."""
         if self._event is None:
             return np.zeros(columns.shape[1])
-        n, directions = self._tangent.equations.n, self._tangent.equations.directions
+        n = self._tangent.equations.n
+        directions = self._tangent.equations.directions
         at = np.array([t]), both[:n, None], both[n:, None], columns[:n, :, None]
         found = time_derivatives(self._event, args, self._near(both[:n]), directions, at)
         if found is None:
@@ -60,7 +65,8 @@ class Acting:
 
     def _behind(self, t, both, columns, later, args):
         """The derivatives of R along the directions, by the derivatives `columns` of the state."""
-        y, directions = both[: len(columns)], self._tangent.equations.directions
+        y = both[: len(columns)]
+        directions = self._tangent.equations.directions
         at = np.array([t]), y[:, None]
         rows = slopes(self._act, args, JUMP, self._near(y), directions, *at)
         if rows is None:

@@ -40,9 +40,12 @@ class Tangent:
     """
 
     def __init__(self, problem, equations, directions, held):
-        self._problem, self._equations, self._held = problem, equations, held
+        self._problem = problem
+        self._equations = equations
+        self._held = held
         self.directions = directions
-        n, m = equations.n, sum([d.size for d in directions])
+        n = equations.n
+        m = sum([d.size for d in directions])
         positions = tuple([d.position for d in directions])
         self.equations = VariationalResidual(problem.fun, problem.mode, n, positions, m, n)
         own = problem._replace(y0=problem.y0[:n], **_halves(problem, n))
@@ -86,7 +89,8 @@ class Tangent:
         return self._solved(t, both, columns, held)
 
     def _start(self):
-        p, n = self._problem, self._equations.n
+        p = self._problem
+        n = self._equations.n
         word = "differential" if self._held is None else self._held
         held = held_of(word, self._equations.rates(p.y0))
         columns = [
@@ -98,7 +102,8 @@ class Tangent:
     def _solved(self, t, both, columns, held):
         """[y, S, y', S'] with the rows of columns that are held, and the others computed."""
         equations = self._equations.at(t)
-        n, m = equations.n, columns.shape[1]
+        n = equations.n
+        m = columns.shape[1]
         columns = np.where(held[:, None], columns, 0.0)
         at_rest = self.equations.joined(both, np.zeros((2 * n, m)))
         found = machine_value(self.bound, t, at_rest)
@@ -121,7 +126,8 @@ class Tangent:
 
     def _with_all_derivatives(self, t, both, columns, jacobian):
         """The columns with the part of S' that does not occur in the equations, for predictions."""
-        equations, p = self._equations.at(t), self._problem
+        equations = self._equations.at(t)
+        p = self._problem
         n, m, (y, rate) = equations.n, columns.shape[1], np.split(both, 2)
         unit = min(abs(p.tf - p.t0), 1.0) if p.tf != p.t0 else 1.0
         with np.errstate(all="ignore"):
@@ -135,7 +141,9 @@ class Tangent:
             found = np.full(2 * n * (1 + m), np.nan) if found is None else found
             return found[n : n + n * m].reshape(n, m)
 
-        here, next_, last = at(0), at(1), at(2)
+        here = at(0)
+        next_ = at(1)
+        last = at(2)
         by_time = (4.0 * next_ - 3.0 * here - last) / (2.0 * step)
         if not np.isfinite(by_time).all():
             return columns

@@ -48,8 +48,10 @@ def _watched(asked, problem, breakpoints):
     """Solve, and refuse a jump of F along the solution."""
     p = problem._replace(t_eval=None, dense_output=True)
     run, index = _run_of(asked, p, breakpoints)
-    whole, n = result_of(run.problem, run.solve(run.problem.y0), run, index), asked.n
-    sol, t_eval = whole.sol, problem.t_eval
+    whole = result_of(run.problem, run.solve(run.problem.y0), run, index)
+    n = asked.n
+    sol = whole.sol
+    t_eval = problem.t_eval
     if sol is not None:
         cuts = np.flatnonzero(np.diff(whole.t) == 0) + 1
         for t in np.split(whole.t, cuts):
@@ -87,9 +89,12 @@ def _jump(bound, t, sol, n):
 
 def _parted(asked, problem, whole):
     """The result of the longer state, divided into y and its sensitivities."""
-    directions, n, k = asked.directions, asked.n, len(whole.t)
+    directions = asked.directions
+    n = asked.n
+    k = len(whole.t)
     m = sum([d.size for d in directions])
-    result, y = OdeResult(whole), np.reshape(whole.y, (n * (1 + m), k))
+    result = OdeResult(whole)
+    y = np.reshape(whole.y, (n * (1 + m), k))
     result.y, result["yp"] = y[:n], np.reshape(whole.yp, y.shape)[:n]
     result["sensitivity"] = by_name(y[n:].reshape(n, m, k), directions)
     if whole.sol is not None:
@@ -112,13 +117,18 @@ def _parted(asked, problem, whole):
 
 def _at_events(asked, problem, times, parts):
     """An EventSensitivity for each event and schedule; None for an event without derivatives."""
-    p, n, found = problem, asked.n, []
+    p = problem
+    n = asked.n
+    found = []
     near = Near(asked.t0, asked.tf, asked.y0)
     functions = in_order(
         [event.function for event in p.events or ()], p.schedules, [None] * len(p.schedules)
     )
     for event, t, (z, zp) in zip(functions, times, parts, strict=True):
-        y, rate, s = z[:, :n].T, zp[:, :n].T, np.moveaxis(z[:, n:].reshape(len(t), n, -1), 0, -1)
-        own, at = event if len(t) else None, (t, y, rate, s)
+        y = z[:, :n].T
+        rate = zp[:, :n].T
+        s = np.moveaxis(z[:, n:].reshape(len(t), n, -1), 0, -1)
+        own = event if len(t) else None
+        at = (t, y, rate, s)
         found.append(event_sensitivity(own, asked.args, near, asked.directions, at))
     return found

@@ -28,13 +28,15 @@ class Points:
     """
 
     def __init__(self, derivation):
-        model, motion = derivation.model, derivation.motion
+        model = derivation.model
+        motion = derivation.motion
         self._numbers, self._start = model.numbers, np.split(derivation.start.default, 2)
         self._inputs, self._random = len(motion.inputs), np.random.default_rng(SEED)
         numbers = [*[one.symbol for one in model.numbers], *motion.inputs]
         self.symbols = [now, *numbers, *motion.q, *motion.v]
         residuals = Residuals(motion, derivation.held, numbers)
-        self.all, why = [], ""
+        self.all = []
+        why = ""
         dummies = dict.fromkeys((*motion.a, *derivation.laws.reactions), 1)
         whole = self._function([one.xreplace(dummies) for one in derivation.laws.candidates])
         for _ in range(POINTS):
@@ -55,13 +57,15 @@ class Points:
 
     def _settled(self, residuals, spread):
         """A state on the constraints, with all numbers, and the remaining residuals."""
-        random, (q, v) = self._random, self._start
+        random = self._random
+        q, v = self._start
         given = [random.uniform(0.0, 1.0)]
         given += [_number(one, spread, random) for one in self._numbers]
         given += list(random.uniform(-1.0, 1.0, self._inputs))
         n = len(q)
         if spread is None:
-            q, v = random.normal(size=n), random.normal(size=n)
+            q = random.normal(size=n)
+            v = random.normal(size=n)
         else:
             q = q + spread * _size(q) * random.normal(size=n)
             v = v + _size(v) * random.normal(size=n)
@@ -102,7 +106,8 @@ def determined(derivation):
         If there are too few equations, or if equations contradict each other.
     """
     _constraints_agree(derivation)
-    unknowns, name = derivation.unknowns, derivation.model.name
+    unknowns = derivation.unknowns
+    name = derivation.model.name
     held = [(one.row * sp.Matrix(derivation.motion.a))[0] - one.b for one in derivation.held]
     K, r = _linear(derivation, [law.residual for law in derivation.laws.written] + held)
     labels = [law.name for law in derivation.laws.written]
@@ -110,7 +115,8 @@ def determined(derivation):
     points = derivation.points
     ranks = [_rank(one) for one in points.values(K)]
     best = int(np.argmax(ranks))
-    matrix, right = points.values(K)[best], points.values(r)[best].ravel()
+    matrix = points.values(K)[best]
+    right = points.values(r)[best].ravel()
     wrong = _contradictory(matrix, right)
     if wrong.any():
         among = ", ".join(label for label, bad in zip(labels, wrong, strict=True) if bad)
@@ -149,7 +155,8 @@ def _linear(derivation, equations):
 
 def _constraints_agree(derivation):
     """Refuse a constraint that follows from the other constraints, or contradicts them."""
-    held, points = derivation.held, derivation.points
+    held = derivation.held
+    points = derivation.points
     if not held:
         return
     rows = points.values(sp.Matrix.vstack(*[one.row for one in held]))
@@ -208,7 +215,8 @@ def _undetermined(derivation, matrix):
 
 def _independent(matrix, count):
     """The first `count` rows that do not follow from the rows before."""
-    rows, chosen = _scaled(matrix)[0], []
+    rows = _scaled(matrix)[0]
+    chosen = []
     for n in range(len(rows)):
         if _rank(rows[[*chosen, n]]) == len(chosen) + 1:
             chosen.append(n)
@@ -219,8 +227,10 @@ def _independent(matrix, count):
 
 def kept(derivation, expression):
     """The largest rate of a quantity, and the largest term of the rate, to test for invariance."""
-    motion, points = derivation.motion, derivation.points
-    K, r = points.values(derivation.K), points.values(derivation.r)
+    motion = derivation.motion
+    points = derivation.points
+    K = points.values(derivation.K)
+    r = points.values(derivation.r)
     state = [*motion.q, *motion.v]
     parts = [sp.diff(expression, s) for s in [*state, now, *motion.inputs]]
     worst = 0.0

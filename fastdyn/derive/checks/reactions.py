@@ -12,7 +12,8 @@ def of_wrong_reactions(derivation):
     """Sentences about drawn reactions that are no reactions."""
     if derivation.law != "newton":
         return
-    name, velocities = derivation.model.name, {*derivation.motion.v}
+    name = derivation.model.name
+    velocities = {*derivation.motion.v}
     for R in derivation.motion.reactions:
         drawn = _drawn(derivation, R)
         if not drawn:
@@ -52,13 +53,15 @@ def _drawn(derivation, R):
 def _work(derivation, drawn):
     """Whether forces do work in a motion that the constraints allow, at states without symmetry."""
     n = len(derivation.motion.q)
-    total, sizes = sp.zeros(n, 1), []
+    total = sp.zeros(n, 1)
+    sizes = []
     for one, force in drawn:
         total += one.work(force)
         sizes += [*force.vector, *one.partial()[0], *one.partial()[1]]
     entries = [*total, *(entry for held in derivation.held for entry in held.row), *sizes]
     for values in derivation.points.values(entries):
-        work, rows = values[:n], values[n : n + n * len(derivation.held)].reshape(-1, n)
+        work = values[:n]
+        rows = values[n : n + n * len(derivation.held)].reshape(-1, n)
         left = work - (np.linalg.pinv(rows) @ rows @ work if len(rows) else 0.0)
         if np.abs(left).max() > WORK * max(np.abs(values[n + rows.size :]).max(), 1e-300):
             return True
@@ -81,7 +84,8 @@ def _without_a_coefficient(derivation, drawn):
 
 def _of_length(R, name, drawn):
     """A sentence about a reaction none of whose directions has length one."""
-    derivation, lengths = drawn[0][0].derivation, []
+    derivation = drawn[0][0].derivation
+    lengths = []
     known = {one.symbol for one in derivation.model.numbers}
     for _, force in drawn:
         square = shortened(force.vector.dot(force.vector))

@@ -38,7 +38,8 @@ def refuse_impossible_bodies(derivation, numbers):
 
 def refuse_coincidence(system, t, w):
     """Refuse a start at which the ends of a spring coincide: its force has no direction."""
-    derivation, (lengths, singular) = system.derivation, (system.lengths, False)
+    derivation = system.derivation
+    lengths, singular = (system.lengths, False)
     if lengths is None or min(lengths(t, w, *system.args)) > 0.0:
         return
     try:
@@ -64,7 +65,8 @@ def warn_of_pull(result, values):
     values : callable
         ``values(names, points)`` returns quantities at some points of the run.
     """
-    system, pushing = result.system, result.system.derivation.model.pushing
+    system = result.system
+    pushing = result.system.derivation.model.pushing
     names = {name: body for name, body in pushing.items() if name in system.quantities}
     if not names or not len(result.t):
         return

@@ -51,7 +51,8 @@ def _unused(model):
 
 def _unplaced(derivation):
     """Sentences about constraints of velocities that hold a position, wherever this begins."""
-    motion, model = derivation.motion, derivation.model
+    motion = derivation.motion
+    model = derivation.model
     start = dict(zip(derivation.start.names, derivation.start.default, strict=True))
     for one in derivation.held:
         rolling = next((c.rolling for c in model.constraints if c.name == one.name), None)
@@ -71,7 +72,8 @@ def _unplaced(derivation):
 
 def _unguided(derivation):
     """Sentences about particles that are said to slide on a curve, and move more freely."""
-    model, q = derivation.model, {*derivation.motion.q}
+    model = derivation.model
+    q = {*derivation.motion.q}
     for one in model.drawn:
         if one.kind != "guide":
             continue
@@ -97,7 +99,8 @@ def _turns(held, rolling, derivation):
 
 def _is_rate(derivation, held):
     """Whether a constraint of velocities is the rate of a function of coordinates and time."""
-    motion, variables = derivation.motion, [*derivation.motion.q, now]
+    motion = derivation.motion
+    variables = [*derivation.motion.q, now]
     if held.velocity.free_symbols & {*motion.inputs} or held.row.free_symbols & {*motion.v}:
         return False
     moving = held.velocity.xreplace(dict.fromkeys(motion.v, sp.S.Zero))
@@ -108,7 +111,8 @@ def _is_rate(derivation, held):
     if not both:
         return True
     for values in derivation.points.values(sp.Matrix(both)):
-        off, size = np.abs(values[:, 0] - values[:, 1]), np.abs(values).max()
+        off = np.abs(values[:, 0] - values[:, 1])
+        size = np.abs(values).max()
         if off.max() > EXACT * size:
             return False
     return True

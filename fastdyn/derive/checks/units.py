@@ -20,7 +20,8 @@ class OtherUnitError(Exception):
 
 def of_other_units(derivation):
     """Sentences about expressions whose units do not agree; numbers alone agree with any unit."""
-    known, seen = _known(derivation), set()
+    known = _known(derivation)
+    seen = set()
     for what, given, unit, more in _drawn(derivation.model):
         entries = given.flat() if isinstance(given, sp.MatrixBase) else [sp.sympify(given)]
         for entry in entries:
@@ -44,7 +45,9 @@ def _wrong(expression, unit, known):
 
 def _known(derivation) -> dict[Any, Any]:
     """The dimensions of all symbols whose units are declared."""
-    model, motion, second = derivation.model, derivation.motion, dimension_of("s")
+    model = derivation.model
+    motion = derivation.motion
+    second = dimension_of("s")
     found: dict[Any, Any] = {one.symbol: dimension_of(one.unit) for one in model.numbers}
     for n, one in enumerate(model.coordinate_list):
         own = dimension_of(one.unit) if one.said else None
@@ -113,7 +116,8 @@ def _dimension(expression, known):
 
 def _common(terms, parts):
     """The dimension that all terms of a sum have."""
-    first, pure = None, [one for one in parts if one is not None]
+    first = None
+    pure = [one for one in parts if one is not None]
     for term, one in zip(terms, parts, strict=True):
         if one is None or _is_number(one):
             continue

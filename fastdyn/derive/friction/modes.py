@@ -21,7 +21,8 @@ class Way(NamedTuple):
     def words(self):
         if not self.slip:
             return "rests"
-        back, pulled = " back" * (self.slip < 0), " pulled" * (self.push < 0)
+        back = " back" * (self.slip < 0)
+        pulled = " pulled" * (self.push < 0)
         return f"slips{back}{pulled}"
 
 
@@ -64,8 +65,10 @@ class Mode:
     """
 
     def __init__(self, derivation, ways):
-        model, plain = derivation.model, derivation.plain
-        self.derivation, self.ways = derivation, ways
+        model = derivation.model
+        plain = derivation.plain
+        self.derivation = derivation
+        self.ways = ways
         senses = {
             str(contact.sense): float(way.slip * way.push)
             for contact, way in zip(model.contacts, ways, strict=True)
@@ -74,12 +77,15 @@ class Mode:
         self._own = Writer(derivation, senses)
         beside = [f"impulse_{contact.name}" for contact in model.contacts]
         writer = Writer(derivation, senses, beside)
-        frictions, facts = [], []
+        frictions = []
+        facts = []
         for contact in model.contacts:
             rests = contact.name in derivation.at_rest
-            slip, size = plain(contact.slip), plain(contact.size(rests))
+            slip = plain(contact.slip)
+            size = plain(contact.size(rests))
             frictions.append(size)
-            rate, reaction = derivation.motion.rate(slip), plain(contact.reaction)
+            rate = derivation.motion.rate(slip)
+            reaction = plain(contact.reaction)
             most = plain(contact.static) * reaction
             facts.append(Facts(slip, rate, reaction, size, sp.Abs(most, evaluate=False)))
         self.rhs: Any = writer.rhs(frictions)
@@ -96,7 +102,8 @@ class Mode:
         """The expressions that are greater than zero while a contact keeps its way."""
         if not way.slip:
             return [facts.most - sp.Abs(facts.size)]
-        slip, rate = way.slip * facts.slip, way.slip * facts.rate
+        slip = way.slip * facts.slip
+        rate = way.slip * facts.rate
         onwards = sp.Max(slip, rate, evaluate=False)  # one that is just setting off goes on
         return [onwards, way.push * facts.reaction]
 

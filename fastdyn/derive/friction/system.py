@@ -68,8 +68,10 @@ class RubbingSystem(DerivedSystem):
         options = completed(self, method, options)
         t_span = span(self, t_span)
         w = np.array(start(self, t_span[0], y0, project), float)
-        n, count = len(w), len(self.derivation.model.contacts)
-        given, options = options, _widened(options, n, count)
+        n = len(w)
+        count = len(self.derivation.model.contacts)
+        given = options
+        options = _widened(options, n, count)
         run = Transitions(self, lambda mode: self._phase(mode, bool(project)))
         first = run.begin(t_span[0], w)
         w = np.append(w, np.zeros(count))
@@ -175,7 +177,8 @@ class RubbingResult(SystemResult):
 
     def at_points(self, names, points):
         """Quantities of some names at some points of the run."""
-        t, y = self.t[points], np.asarray(self.y)[:, points]
+        t = self.t[points]
+        y = np.asarray(self.y)[:, points]
         found = {name: np.empty(len(t)) for name in names}
         first = np.searchsorted([begin for _, begin, _ in self.phases[1:]], t, side="left")
         modes = [self.system.mode(ways) for ways in self.ways]

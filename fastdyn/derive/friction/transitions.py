@@ -27,7 +27,8 @@ class Transitions(dict):
 
     def __init__(self, system, phase):
         super().__init__()
-        self.system, self._phase = system, phase
+        self.system = system
+        self._phase = phase
         contacts = system.derivation.model.contacts
         self.contacts = [one.name for one in contacts]
         self.smooth = {n for n, one in enumerate(contacts) if not system.rough(one)}
@@ -87,7 +88,8 @@ class Transitions(dict):
         words = [way.words() if way else "slips" for way in ways]
         several = [f"{name} {word}" for name, word in zip(self.contacts, words, strict=True)]
         name = words[0] if len(words) == 1 else ", ".join(several)
-        self.ways[name], self._begun = ways, (t, facts)
+        self.ways[name] = ways
+        self._begun = (t, facts)
         return name
 
     def _soon(self, mode, t, w):
@@ -99,7 +101,8 @@ class Transitions(dict):
     def _changed(self, mode, t, w):
         """The ways after the event that ends a mode: of the contact whose function is zero."""
         begun, before = self._begun
-        facts, nearest = mode.facts(t, w, self.system.args), []
+        facts = mode.facts(t, w, self.system.args)
+        nearest = []
         for n, way in enumerate(mode.ways):
             one = facts[n]
             if way == REST:

@@ -11,7 +11,8 @@ a = board.parameters(a=(0.4, "m", "from the edge to the centre of mass"))
 u0, w0 = board.initial(u0=(0.0, "m/s"), w0=(2.0, "rad/s"))
 R = board.reactions("R")
 
-along, across = cos(th) * i + sin(th) * j, cos(th) * j - sin(th) * i
+along = cos(th) * i + sin(th) * j
+across = cos(th) * j - sin(th) * i
 edge = x * i + y * j
 sleigh = board.body(m, edge + a * along, I, th, "sleigh")
 sleigh.rolls(across, at=edge, reactions=R)

@@ -11,7 +11,8 @@ l1, l2, g = board.parameters(l1=(1.0, "m"), l2=(1.0, "m"), g=(9.81, "m/s²"))
 a1, a2 = board.initial(a1=(2.0, "rad"), a2=(2.5, "rad"))
 R1, R2 = board.reactions("R1 R2")
 
-e1, e2 = sin(th1) * i - cos(th1) * j, sin(th2) * i - cos(th2) * j
+e1 = sin(th1) * i - cos(th1) * j
+e2 = sin(th2) * i - cos(th2) * j
 upper = board.particle(m1, l1 * e1, "upper mass")
 lower = board.particle(m2, l1 * e1 + l2 * e2, "lower mass")
 board.gravity(-g * j)

@@ -12,10 +12,12 @@ c = board.parameters(positive=False, c=(0.1, "kg/m"))
 R1, R2 = board.reactions("R1 R2")
 alpha, P = board.driver("alpha alpha' P", drunk)
 
-along, across = cos(th) * i - sin(th) * j, sin(th) * i + cos(th) * j
+along = cos(th) * i - sin(th) * j
+across = sin(th) * i + cos(th) * j
 axle = sin(th + alpha) * i + cos(th + alpha) * j
 r = x * i + y * j
-front, rear = r + L / 2 * along, r - L / 2 * along
+front = r + L / 2 * along
+rear = r - L / 2 * along
 
 chassis = board.body(m, r, inertia=0, turned=-th, name="chassis")
 chassis.drag(c)

@@ -25,7 +25,8 @@ class BodyFacts:
 
     def __init__(self, system):
         derivation = system.derivation
-        self.system, self.bodies = system, derivation.model.bodies
+        self.system = system
+        self.bodies = derivation.model.bodies
         self.drawn = derivation.model.drawn
         self.places = _places(derivation)
         states = samples(system, self.places)
@@ -108,7 +109,8 @@ class BodyFacts:
         return drawn or max(map(_gyration, self.masses))  # inertias may be anything
 
     def _shape(self, n):
-        body, held = self.bodies[n], self.held[n]
+        body = self.bodies[n]
+        held = self.held[n]
         if not body.rigid:
             return shapes.Shape([], [], [np.zeros(3)], np.zeros(3))
         mass, *inertia = self.masses[n]

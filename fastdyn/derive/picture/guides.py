@@ -43,7 +43,8 @@ def guides(picture):
 
 def _guide(picture, n):
     places = picture.places
-    own, moves = places.depends[n], places.moves[n]
+    own = places.depends[n]
+    moves = places.moves[n]
     within = [one for one in places.held if one.coordinates <= own]
     if len(own) - len(within) != 1 or (within and (moves or any(one.moves for one in within))):
         return None
@@ -52,7 +53,8 @@ def _guide(picture, n):
 
 def _free(picture, guide):
     """Whether nothing that is drawn says how a particle is held."""
-    n, places = guide.body, picture.places
+    n = guide.body
+    places = picture.places
     holding = [one for one in picture.drawn if one.kind in HOLDING]
     if any(picture.number(p.body) == n for one in holding for p in one.points):
         return False
@@ -98,9 +100,11 @@ def _still(line):
 
 def _by_coordinate(picture, guide, y):
     """The curve along the one coordinate: a full turn if it closes, else along the way."""
-    (c,), args = guide.coordinates, picture.system.args
+    (c,) = guide.coordinates
+    args = picture.system.args
     place = picture.places.along(guide.body)
-    low, high = float(y[c].min()), float(y[c].max())
+    low = float(y[c].min())
+    high = float(y[c].max())
     beyond = BEYOND * (high - low)
     values = np.linspace(low - beyond, high + beyond, POINTS)
     once = _placed(place, 0.0, y[:, 0], c, low + TURN * np.array([0.0, 1.0, 0.5]), args)
@@ -132,7 +136,8 @@ def _by_constraints(picture, guide, t, y):
         away = np.abs(w[guide.coordinates] - middle).max()
         return None if off or not away <= reach else w
 
-    step, start = STEPS / POINTS * reach, np.array(y[:, 0], float)
+    step = STEPS / POINTS * reach
+    start = np.array(y[:, 0], float)
     start[len(start) // 2 :] = 0.0  # at rest the constraints of velocities hold, too
     states = _followed(settled, start, guide.coordinates, step)
     if not np.array_equal(states[-1], start):  # no closed curve

@@ -24,8 +24,10 @@ class Places:
     """
 
     def __init__(self, derivation):
-        model, plain = derivation.model, derivation.plain
-        self.bodies, self.drawn = model.bodies, model.drawn
+        model = derivation.model
+        plain = derivation.plain
+        self.bodies = model.bodies
+        self.drawn = model.drawn
         vectors = []
         for body in self.bodies:
             turned = [body.rotation * sp.eye(3).col(n) for n in range(3)] if body.rigid else []
@@ -40,7 +42,8 @@ class Places:
         self._numbers = Writer(derivation).numbers("numbers", [plain(one) for one in numbers])
         self.n = 2 * len(model.coordinate_list)
         self._function = Writer(derivation).numbers("places", entries)
-        self._derivation, motion = derivation, derivation.motion
+        self._derivation = derivation
+        motion = derivation.motion
         r = [plain(body.position) for body in self.bodies]
         of_time = {now, *motion.inputs}
         self.depends = [_indices(one, motion.q) for one in r]
@@ -86,7 +89,10 @@ class Placed:
 
     def __init__(self, places, found):
         rows = iter(found)
-        self.r, self.Q, self.points, self.across = [], [], [], []
+        self.r = []
+        self.Q = []
+        self.points = []
+        self.across = []
         for body in places.bodies:
             self.r.append(next(rows))
             turned = [next(rows) for _ in range(3)] if body.rigid else np.eye(3)
@@ -126,15 +132,18 @@ def settled(system, t, w, free):
 
 def samples(system, places):
     """`Placed` in random states on the constraints, at several times."""
-    model, rng = system.derivation.model, np.random.default_rng(0)
+    model = system.derivation.model
+    rng = np.random.default_rng(0)
     base = np.array(system.initial_state(), float)
-    n, found = len(base) // 2, []
+    n = len(base) // 2
+    found = []
     lengths = [abs(x) for x, one in zip(base, model.coordinate_list, strict=False)
                if one.unit == "m" and x]  # fmt: skip
     size = max(lengths, default=1.0)
     scale = np.array([1.0 if one.unit == "rad" else size for one in model.coordinate_list])
     for _ in range(4 * SAMPLES):
-        w, t = base.copy(), rng.uniform(0.0, system.t_end)
+        w = base.copy()
+        t = rng.uniform(0.0, system.t_end)
         w[:n] += SPREAD * scale * rng.uniform(-1.0, 1.0, n)
         w, off = settled(system, t, w, np.ones(2 * n, bool))
         if not off:

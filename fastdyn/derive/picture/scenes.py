@@ -56,7 +56,10 @@ class Picture(BodyFacts):
         def seen(points):
             return self.view(middle + larger * (np.asarray(points) - middle))
 
-        polygons, lines, points, tips = [], [], [], []
+        polygons = []
+        lines = []
+        points = []
+        tips = []
         blocks = self._blocks(placed, extent)
         for n, shape in enumerate(self.shapes):
             polygons += [seen([placed.of(n, p) for p in one]) for one in shape.polygons]
@@ -113,7 +116,8 @@ class Picture(BodyFacts):
             if other.kind in PULLS and np.allclose(placed.points[m], points)
         ]  # fmt: skip
         width = 0.09 * extent
-        stroke, ends = coil if one.kind == "spring" else dashpot, (a, b)
+        stroke = coil if one.kind == "spring" else dashpot
+        ends = (a, b)
         if len(same) > 1:
             a, b = beside(a, b, 1.2 * width * (same.index(n) - 0.5 * (len(same) - 1)))
         boxes = [blocks.get(self.number(point.body)) for point in one.points]
@@ -200,7 +204,8 @@ class Picture(BodyFacts):
     def _surface(self, n, ends, turns, placed):
         """The line of a surface in one state; it goes through the origin if it turns."""
         h, v = self.view(placed.across[n])
-        normal, along = np.array([h, v]), np.array([-v, h])
+        normal = np.array([h, v])
+        along = np.array([-v, h])
         reach = np.abs(ends).max()
         ends = np.array([-reach, reach]) if turns else ends
         return (self.view(placed.points[n][0]) @ normal) * normal + np.outer(ends, along)

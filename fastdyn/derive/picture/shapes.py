@@ -77,16 +77,20 @@ def _credible(half, held, size):
 
 def _chassis(held, half, plane):
     """A chassis on wheels, pointed in front; its centre leaves the trail."""
-    rear, front = held[0], held[-1] if len(held) > 1 else np.zeros(3)
+    rear = held[0]
+    front = held[-1] if len(held) > 1 else np.zeros(3)
     for a, b in itertools.combinations([*held, np.zeros(3)], 2):
         if np.linalg.norm(b - a) > np.linalg.norm(front - rear):
-            rear, front = a, b
+            rear = a
+            front = b
     along = (front - rear) / np.linalg.norm(front - rear)
     along = along if along @ _axes(plane)[0] >= 0.0 else -along
     places = [p @ along for p in (*held, np.zeros(3))]
-    first, last = min(places), max(places)
+    first = min(places)
+    last = max(places)
     if len(held) == 1:
-        first, last = min(first, -half), max(last, half)
+        first = min(first, -half)
+        last = max(last, half)
     long = last - first
     u, v = _axes(plane)
     side = 0.5 * CHASSIS * long * (along @ u * v - along @ v * u)
@@ -102,7 +106,8 @@ def _spanned(held, plane, size):
     places = apart @ along
     off = np.abs(apart - np.outer(places, along)).max()
     if off < 1e-6 * size:
-        first, last = held[np.argmin(places)], held[np.argmax(places)]
+        first = held[np.argmin(places)]
+        last = held[np.argmax(places)]
         return Shape([_bar(first, last, plane, size)], [], [], last)
     from scipy.spatial import ConvexHull
 
@@ -112,7 +117,8 @@ def _spanned(held, plane, size):
 
 def spatial(mass, inertia, held, radius, size):
     """A body in space: a disc, a cylinder or a box by its moments of inertia; see `flat`."""
-    inertia, centre = np.asarray(inertia, float), np.zeros(3)
+    inertia = np.asarray(inertia, float)
+    centre = np.zeros(3)
     half = np.sqrt(3.0 * inertia.max() / mass) if mass > 0.0 else 0.0
     if half and not radius:  # moments of one body of another size
         inertia = inertia * (_credible(half, held, size) / half) ** 2
@@ -125,7 +131,8 @@ def spatial(mass, inertia, held, radius, size):
     sides = np.sqrt(np.maximum(6.0 * (inertia.sum() - 2.0 * inertia) / mass, 0.0)) / 2.0
     faces = []
     for axis, side in itertools.product(range(3), (-1.0, 1.0)):
-        a, b = (axis + 1) % 3, (axis + 2) % 3
+        a = (axis + 1) % 3
+        b = (axis + 2) % 3
         face = np.zeros((4, 3))
         face[:, axis] = side * sides[axis]
         face[:, a] = sides[a] * np.array([-1, 1, 1, -1])

@@ -20,7 +20,8 @@ def with_discrete(asked):
     ValueError, TypeError
     """
     try:
-        states, numbers = np.asarray(asked.y0), np.asarray(asked.discrete)
+        states = np.asarray(asked.y0)
+        numbers = np.asarray(asked.discrete)
     except ValueError:
         raise ValueError("`y0` and `discrete` must have rows of one length.") from None
     of_one = [each[0] if each.ndim == 2 and len(each) else each for each in (states, numbers)]
@@ -64,7 +65,8 @@ class HybridTrajectories(Trajectories):
         return self._parts_at_events(slice(self._n, None))
 
     def __getitem__(self, i):
-        found, i = super().__getitem__(i), range(len(self))[i]
+        found = super().__getitem__(i)
+        i = range(len(self))[i]
         numbers = self.discrete[i]
         found.discrete = numbers[:, None] if numbers.ndim == 1 else numbers[:, : len(found.t)]
         found.discrete_events = [each[i] for each in self.discrete_events or ()]

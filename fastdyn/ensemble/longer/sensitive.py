@@ -98,7 +98,8 @@ class SensitiveTrajectories(Trajectories):
 
     @functools.cached_property
     def sensitivity(self):
-        r, n = self._results, self._n
+        r = self._results
+        n = self._n
         numbers = r.y_end[:, None] if self._problem.t_eval is None else r.y_eval
         columns = numbers[..., n:].reshape(*numbers.shape[:2], n, -1)
         found = by_name(columns.transpose(0, 2, 3, 1), self._directions)
@@ -107,7 +108,8 @@ class SensitiveTrajectories(Trajectories):
         return {name: each[..., 0] for name, each in found.items()}
 
     def __getitem__(self, i):
-        found, k = super().__getitem__(i), range(len(self))[i]
+        found = super().__getitem__(i)
+        k = range(len(self))[i]
         found.sensitivity = {
             name: each[k][..., None]
             if self._problem.t_eval is None

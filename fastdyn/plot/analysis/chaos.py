@@ -13,7 +13,9 @@ from fastdyn.words.near import did_you_mean
 FEW = 12  # starts whose points have a colour of their own
 COLOURS = ["#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#0072B2", "#D55E00", "#F0E442", "#999999"]
 MANY = "tab20"  # the colours of more attractors
-NOT_SETTLED, APART, FAILED = "#ffffff", "#d9d2c3", "#333333"
+NOT_SETTLED = "#ffffff"
+APART = "#d9d2c3"
+FAILED = "#333333"
 ROW, ALL = 84, 12  # letters of a row of the legend; entries above the picture, more stand beside it
 
 
@@ -35,7 +37,8 @@ def indices(labels, components):
 def section(result, components, angles, **options):
     """The points of a section, a colour for each of a few starts."""
     labels = result.equations.labels(len(result.y))
-    shown, wrapped = indices(labels, components), indices(labels, angles)
+    shown = indices(labels, components)
+    wrapped = indices(labels, angles)
     if len(shown) != 2:
         raise ValueError(f"`components` must be two; got {components!r}.")
     y = result.y.copy()
@@ -90,7 +93,9 @@ def exponents(result, **options):
 
 def _running(axes, result, k):
     """An exponent up to each time, and the last one with its error."""
-    colour, value, error = style.COLOURS[k % 6], result.values[k], result.errors[k]
+    colour = style.COLOURS[k % 6]
+    value = result.values[k]
+    error = result.errors[k]
     label = f"$\\lambda_{{{k + 1}}}$ = {_with_error(value, error)}"
     axes.plot(result.t, result.running[k], color=colour, label=label)
     axes.axhspan(value - error, value + error, color=colour, alpha=0.2, lw=0)
@@ -104,9 +109,11 @@ def _with_error(value, error):
 
 def basin(result, **options):
     """The plane of starts, a colour for each attractor, the attractors as marks."""
-    colors, patches = needed("matplotlib.colors"), needed("matplotlib.patches")
+    colors = needed("matplotlib.colors")
+    patches = needed("matplotlib.patches")
 
-    n, (i, j) = len(result.attractors), result.components
+    n = len(result.attractors)
+    i, j = result.components
     width = max(len(low) for low, _ in result.attractors) if n else max(i, j) + 1
     labels: Any = result.equations.labels(width)
     tones = COLOURS[:n] if n <= len(COLOURS) else _many(n)

@@ -12,7 +12,8 @@ STABLE = "#eaf3ee"
 
 def figure(linearisation, **options):
     """Eigenvalues beside the shapes of the modes."""
-    one, modes = linearisation, linearisation.modes[:MOST_MODES]
+    one = linearisation
+    modes = linearisation.modes[:MOST_MODES]
     with style.slides():
         size = {"figsize": (13, 1.9 + 1.35 * max(3, len(modes)))}
         drawing = style.new_figure(**size | options)
@@ -42,7 +43,8 @@ def _shape(axes, mode, labels, colour):
         mode.shape[half:], mode.eigenvalue * mode.shape[:half], atol=1e-9 * abs(mode.shape).max()
     )
     shown = half if oscillators and half else n
-    shape, places = mode.shape[:shown], np.arange(shown)
+    shape = mode.shape[:shown]
+    places = np.arange(shown)
     later = np.abs(shape.imag).max() > 1e-9 * np.abs(shape).max()
     axes.bar(places - 0.16 * later, shape.real, 0.3, color=colour)
     if later:

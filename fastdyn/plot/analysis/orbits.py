@@ -113,6 +113,7 @@ def response(result, components, **options):
 
 def _unwrapped(phase):
     """A phase without jumps by whole turns, gaps left as they are."""
-    found, known = phase.copy(), np.isfinite(phase)
+    found = phase.copy()
+    known = np.isfinite(phase)
     found[known] = np.unwrap(phase[known])
     return found

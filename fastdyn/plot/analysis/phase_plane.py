@@ -15,7 +15,8 @@ NULLCLINES = ("#E69F00", "#CC79A7")
 
 def figure(portrait, nullclines, **options):
     """Draw a Portrait."""
-    p, labels = portrait, portrait.equations.labels(2)
+    p = portrait
+    labels = portrait.equations.labels(2)
     with style.slides():
         drawing, axes = style.single(**{"figsize": (10.5, 8)} | options)
         axes.grid(visible=False)
@@ -53,7 +54,8 @@ def _field(axes, p):
     u, v = p.field[:, rows[:, None], columns] / box[:, None, None]
     with np.errstate(all="ignore"):
         length = np.hypot(u, v)
-        u, v = u / length, v / length
+        u = u / length
+        v = v / length
     axes.quiver(
         p.x[columns], p.y[rows], u, v, color="0.82", pivot="mid", angles="uv", scale=38,
         width=0.0022, headwidth=4, zorder=1,

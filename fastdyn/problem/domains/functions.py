@@ -80,7 +80,8 @@ def kept(fun, listed):
 
 def jacobian_inside(jac, domain, problem):
     """`jac` inside of the domain; outside, where no step ends, `jac` at the start."""
-    t0, y0 = problem.t0, problem.y0
+    t0 = problem.t0
+    y0 = problem.y0
 
     @functools.wraps(jac)
     def jacobian(t, y, *args):

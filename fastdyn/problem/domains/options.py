@@ -64,8 +64,10 @@ def kept_inside(problem, options):
     ------
     ValueError, TypeError
     """
-    p, n = problem, len(problem.y0)
-    domain, listed = options.get("domain"), listed_components(options.get("nonnegative"), n)
+    p = problem
+    n = len(problem.y0)
+    domain = options.get("domain")
+    listed = listed_components(options.get("nonnegative"), n)
     for name, given in (("domain", domain), ("nonnegative", listed)):
         if given is not None:
             _check(p, name)
@@ -73,7 +75,8 @@ def kept_inside(problem, options):
         raise TypeError(f"`domain` must be a function of (t, y); got {domain!r}.")
     if listed is not None:
         _check_nonnegative(p, listed)
-    fun, jac = of_states(p.fun) if p.mode is COLUMN else p.fun, p.jac
+    fun = of_states(p.fun) if p.mode is COLUMN else p.fun
+    jac = p.jac
     if domain is not None:
         fun = inside_only(fun, domain, n)
         jac = jacobian_inside(jac, domain, p) if callable(jac) else jac

@@ -42,7 +42,8 @@ MOST_STEPS = {  # sliding along a jump would never end; nor would a trial of a f
     **dict.fromkeys((*TIGHT, "lyapunov", "basin"), 1_000_000), "fit": 100_000,
     "phase_portrait": 20_000,
 }  # fmt: skip
-COMPILE, ON_INTERRUPT = ("auto", "shared", "inlined"), ("raise", "return")
+COMPILE = ("auto", "shared", "inlined")
+ON_INTERRUPT = ("raise", "return")
 
 
 def every(method):

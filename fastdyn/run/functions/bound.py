@@ -29,7 +29,8 @@ def leave_writers_to_scipy(problem, bound, others):
 
     Later writes of such functions raise WritesToState, too.
     """
-    p, n = problem, len(problem.y0)
+    p = problem
+    n = len(problem.y0)
     functions = [(bound, p.fun), *zip(others, [f for f, _ in between_steps(p)], strict=True)]
     for each, fun in functions:
         if not (each.mode.acts_on_state or each.mode.one_number):
@@ -54,7 +55,8 @@ def bind_functions(problem):
 
 def _bind(problem, fun, mode, near):
     """Bind a function that is called between steps, or a Jacobian."""
-    p, n = problem, len(problem.y0)
+    p = problem
+    n = len(problem.y0)
     if mode.saltation:
         return bind_saltation(fun, p.args, near)
     if not callable(fun):
@@ -73,7 +75,8 @@ def type_of_time(problem) -> Any:
     LSODA passes Python's floats, whose division by 0 and overflow raise.  So do Radau and BDF at
     the end of the span, which they take as it was given.
     """
-    name, end = problem.method.name, problem.tf
+    name = problem.method.name
+    end = problem.tf
     if name in ("Radau", "BDF"):
         return lambda t: float(t) if t == end else np.float64(t)
     return float if name == LSODA else np.float64

@@ -24,7 +24,9 @@ NEVER = 2**62  # solves
 MOST_SEARCHES = 16  # failed searches for a state on a new side; then the side is left out
 LOOKED_AT = 512  # states of the output that are searched for sides that decisions took
 # Steps that are taken again for this search, so many at a time; some 5 ms of a small system.
-REPEATED, REPEATED_NUMBERS, TOGETHER = 20_000, 2**21, 64
+REPEATED = 20_000
+REPEATED_NUMBERS = 2**21
+TOGETHER = 64
 WHEN = os.environ.get("FASTDYN_COMPARE", "auto")
 
 
@@ -69,11 +71,14 @@ class Compared:
             (codes(b.held.fun, b.held.args), b.function.key) for b in functions
         ]  # fmt: skip
         if functions:
-            notes, known = functions[0].function.notes, ("compared", place)
+            notes = functions[0].function.notes
+            known = ("compared", place)
             past = notes.setdefault(known, Schedule(when, len(self.deciding)))
         else:  # all functions run in Python
             past = Schedule("never")
-        self._past, self.left, self.sides = past, past.left, past.sides
+        self._past = past
+        self.left = past.left
+        self.sides = past.sides
         self.most_places = max(2, min(PLACES, MOST_NUMBERS // max(run.plan.n, 1) // 2 * 2))
 
     def places(self):
@@ -116,10 +121,12 @@ def compare(run, count, fresh) -> dict[int, int]:
     sides that no state searched shows, and that are therefore not compared.
     """
     hidden: dict[int, int] = {}
-    p, bounds = run.problem, run.compiled()
+    p = run.problem
+    bounds = run.compiled()
     if not any(b.mode.compared or b.mode.sensitivities for b in bounds):
         return hidden
-    solution, derivatives = states_of(run, count), count == AT_FIRST
+    solution = states_of(run, count)
+    derivatives = count == AT_FIRST
     run.take_snapshots(0)  # long states fill much memory
     time = type_of_time(p)
     for bound in bounds:
@@ -128,11 +135,14 @@ def compare(run, count, fresh) -> dict[int, int]:
         if not bound.mode.compared:
             continue
         t, y = _given(run, bound, count) if bound.mode.acts_at_events else solution
-        half, more, given = bound.mode.half, ([], []), parts(bound, y)
+        half = bound.mode.half
+        more = ([], [])
+        given = parts(bound, y)
         missing = fresh.get(id(bound.block), 0)
         if missing and half is None:
             more, hidden[id(bound.block)] = _showing(run, bound, missing, t, y)
-        times, states = [*t, *more[0]], [*given, *more[1]]
+        times = [*t, *more[0]]
+        states = [*given, *more[1]]
         together = max(1, MOST_NUMBERS // max(run.plan.n, 1))  # values in memory at one time
         for i in range(0, len(times), together):
             compare_along(bound, times[i : i + together], states[i : i + together], time)
@@ -174,7 +184,8 @@ def _showing(run, bound, missing, t, y):
     Returns (times, states), and the word of the sides that neither LOOKED_AT states of the output
     nor the steps show.
     """
-    n, found = bound.n, ([], [])
+    n = bound.n
+    found = ([], [])
     for at, state in zip(t, y, strict=True):
         missing &= ~sides_at(bound, at, state[:n])
     for states in (_of_output, _of_steps) if missing else ():
@@ -204,7 +215,8 @@ def _of_steps(run, bound, missing):
     The steps of the solve are taken again, REPEATED at most; there are none if Python code runs.
     """
     block = bound.block
-    kept, left = int(block[SIDES]), int(min(REPEATED, REPEATED_NUMBERS // max(run.plan.n, 1)))
+    kept = int(block[SIDES])
+    left = int(min(REPEATED, REPEATED_NUMBERS // max(run.plan.n, 1)))
     with run.another() as again:
         if again is None:
             return
@@ -212,17 +224,20 @@ def _of_steps(run, bound, missing):
             block[SIDES] = 0
             status = again.begin(run.problem.y0)
             while status == RUNNING and left > 0:
-                before, block[SIDES] = again.memory.copy(), 0
+                before = again.memory.copy()
+                block[SIDES] = 0
                 status = again.step(TOGETHER)
                 left -= TOGETHER
                 if not missing & int(block[SIDES]):
                     continue
-                again.memory[:], status = before, RUNNING
+                again.memory[:] = before
+                status = RUNNING
                 for _ in range(TOGETHER):
                     block[SIDES] = 0
                     status = again.step() if status == RUNNING else status
                     if missing & int(block[SIDES]):
-                        state, work = again.view("solve.state")[0], again.view("solve.work")
+                        state = again.view("solve.state")[0]
+                        work = again.view("solve.work")
                         yield float(state["t_old"]), work[Y_OLD].copy()
                         yield float(state["t"]), work[Y].copy()
         finally:
@@ -254,7 +269,8 @@ def states_of(run, count):
     else:
         table = taken(run)
         table = table[table[:, TIME] != state["t"]]
-        t, y = table[:, TIME], table[:, STATE : STATE + run.plan.n]
+        t = table[:, TIME]
+        y = table[:, STATE : STATE + run.plan.n]
         shortest = shortest_first(table[:, SIZE])[: -(-count // 2)].tolist()
         others = sorted({*range(len(t))} - {*shortest})
         chosen = sorted([*shortest, *[others[i] for i in apart(len(others), count // 2)]])
@@ -262,7 +278,8 @@ def states_of(run, count):
     states = [run.view("solve.work")[Y], *y[chosen]]
     if not np.isfinite(states).all():
         good = [i for i, each in enumerate(states) if np.isfinite(each).all()]
-        times, states = [times[i] for i in good], [states[i] for i in good]
+        times = [times[i] for i in good]
+        states = [states[i] for i in good]
     return times, states
 
 
@@ -272,7 +289,8 @@ def shortest_first(sizes):
     Both by size.  Without this order, the steps at the start, each longer than the step before,
     would leave out the step in a pulse.
     """
-    before, after = np.r_[np.inf, sizes[:-1]], np.r_[sizes[1:], np.inf]
+    before = np.r_[np.inf, sizes[:-1]]
+    after = np.r_[sizes[1:], np.inf]
     return np.lexsort((sizes, (sizes > before) | (sizes > after)))
 
 

@@ -29,8 +29,12 @@ class Deciding:
     """
 
     def __init__(self, bound, switches, sharp):
-        self._bound, self._switches, self._sharp = bound, switches, sharp
-        self._count, self._found, self._marks = 0, None, b""
+        self._bound = bound
+        self._switches = switches
+        self._sharp = sharp
+        self._count = 0
+        self._found = None
+        self._marks = b""
         self._call: Any = None
         self._times: Any = None
         self._others: Any = None  # for other values of what is differentiated: their key, masks
@@ -45,18 +49,22 @@ class Deciding:
             return self._by_code(found, given)
         values = self._switches.values(flat(given), y)
         times = decided.decided(self._switches, found, values, {})
-        self._found, self._times, self._marks = found, times, b""
+        self._found = found
+        self._times = times
+        self._marks = b""
         return times
 
     def all_of(self, found):
         """The Times if all Candidates matter."""
         if found is not self._found or self._marks:
-            self._found, self._marks = found, b""
+            self._found = found
+            self._marks = b""
             self._times = decided.all_of(found)
         return self._times
 
     def _by_code(self, found, given):
-        call, block = self._call, self._block
+        call = self._call
+        block = self._block
         block[FIRST:] = self._bound.block[FIRST:]
         if found is not self._found or not self._marks:
             self._lay(found)
@@ -83,10 +91,14 @@ class Deciding:
 
     def _lay(self, found):
         """Give the kernel other times; those that are sure are marked once."""
-        call, nothing = self._call, np.empty(0)
-        self._found, self._marks, self._others = found, b"", None
+        call = self._call
+        nothing = np.empty(0)
+        self._found = found
+        self._marks = b""
+        self._others = None
         first, last = found.span
-        call["limits.first"], call["limits.last"] = first, last
+        call["limits.first"] = first
+        call["limits.last"] = last
         call["t"], call["weight"] = (nothing, nothing) if found.sure else (found.t, found.weight)
         call["ends"] = np.ascontiguousarray(found.at_ends[1])
         self._room = np.full(len(found.t) + len(found.at_ends[1]), 2.0 * KEPT)
@@ -94,7 +106,8 @@ class Deciding:
 
     def _compiled(self):
         """The call of the kernel; None if the numbers have no code of their own."""
-        bound, switches = self._bound, self._switches
+        bound = self._bound
+        switches = self._switches
         if self._call is not None or bound.function.in_batches or switches.held:
             return self._call
         function = bound.function.derived(("numbers of the time", switches), self._made)
@@ -107,12 +120,14 @@ class Deciding:
             0.0, 1.0, decided.NEAR, decided.NEAR_END, decided.NOISE, decided.CHORD, decided.SHARP,
             1e-3 * decided.FAR,
         )  # fmt: skip
-        room, nothing = (np.zeros((POINTS, n)), np.zeros((2, n))), np.empty(0)
+        room = (np.zeros((POINTS, n)), np.zeros((2, n)))
+        nothing = np.empty(0)
         self._call = Call(decide_kernel(), self._block, *limits, *[nothing] * 3, *room, nothing)
         return self._call
 
     def _made(self):
-        traced, g = self._bound.function.traced, self._switches.graph
+        traced = self._bound.function.traced
+        g = self._switches.graph
         try:
             numbers = [_number(g, node) for node in self._switches.seen]
             made = traced.with_outputs(numbers, TIMED, self._bound.n, g.false)

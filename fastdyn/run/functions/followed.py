@@ -111,8 +111,13 @@ class Followed:
     """A compiled function with a current block: call the object after Python code has run."""
 
     def __init__(self, bound, fun, args, near, ran):
-        self.bound, self.fun, self._args, self._near = bound, fun, args, near
-        self._ran, self._held, self._n_made = ran, [], 0
+        self.bound = bound
+        self.fun = fun
+        self._args = args
+        self._near = near
+        self._ran = ran
+        self._held = []
+        self._n_made = 0
 
     def holds(self):
         """Read the outside values into the block; True if the present code fits these values."""
@@ -124,7 +129,8 @@ class Followed:
 
     def _take_other_code(self):
         own = self.bound
-        block, n = own.block, own.n
+        block = own.block
+        n = own.n
         if block[JACOBIAN]:
             raise CannotFollow(
                 f"`{getattr(self.fun, '__name__', 'fun')}` reads what other functions of the "

@@ -81,7 +81,8 @@ class PythonBetween:
         try:
             yield
         except GaveUp as reason:
-            p, n = self.problem, len(self.problem.y0)
+            p = self.problem
+            n = len(self.problem.y0)
             functions = functions_of(p, self._own, self._others)
             if any(b.function is None and may_act(f, p.args, b.mode, n) for b, f in functions):
                 leave_to_python(reason.bound, reason)

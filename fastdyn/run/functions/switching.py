@@ -33,10 +33,14 @@ def switching_of(problem, bound, others=()):
 
     `others` are the functions that are called between steps, first those of the events.
     """
-    p, parts, hidden = problem, [], []
+    p = problem
+    parts = []
+    hidden = []
     if p.mode.residual:  # see `dae/switching.py`
         return None
-    ends, held, n_pair = p.ends_at_switches, held_of(bound), len(bound.pair)
+    ends = p.ends_at_switches
+    held = held_of(bound)
+    n_pair = len(bound.pair)
     own = bound.pair or (bound,)
     compiled = own[0].function is not None
     if compiled and (ends or _place_told(bound, p.method) not in _notes_of(bound)):
@@ -81,18 +85,24 @@ class Switching:
 
     def __init__(self, bound, parts, hidden, ends, problem):
         p = problem
-        self.parts, self.hidden, self.ends = parts, hidden, ends
-        self._bound, self._method, self._asked = bound, p.method, p.segments
+        self.parts = parts
+        self.hidden = hidden
+        self.ends = ends
+        self._bound = bound
+        self._method = p.method
+        self._asked = p.segments
         self.changes, self.looks = NO_TIMES, np.array(p.method.looks)
         self.decides = True  # whether those of the changes that steps look at are left out
         self._last: Any = None
         self.held = sorted({i for each in (*parts, *hidden) for i in each.switches.held})
         acts = p.acts or any(each.jump is not None for each in p.schedules)
-        self.follows, self._present = bool(self.held) and acts, []
+        self.follows = bool(self.held) and acts
+        self._present = []
 
     def taken(self, problem, bounds):
         """The problem of a solve, whose steps may end at the switching times, too."""
-        p, given = problem, [each.given for each in bounds]
+        p = problem
+        given = [each.given for each in bounds]
         self._asked = p.segments
         segments, h_max = self.segments(given, p.y0, p.t0, p.tf, p.h_max, p.segments)
         return p._replace(segments=segments, h_max=h_max)
@@ -120,7 +130,8 @@ class Switching:
             several = len(changes) > 1  # a single change is seen behind it
             self.changes = (changes if tf > t0 else changes[::-1].copy()) if several else NO_TIMES
             known = _joined([each.t for each in found])
-            found, shown = [], hidden
+            found = []
+            shown = hidden
             hidden = [each._replace(t=each.t[~np.isin(each.t, known)]) for each in hidden]
         times = _joined([each.t for each in (*found, *hidden)])
         if not len(times):
@@ -135,8 +146,11 @@ class Switching:
 
         Actions may have changed them in the last step.
         """
-        state, record = run.view("solve.state")[0], run.view("output.record")[0]
-        t, y, p = float(state["t"]), run.view("solve.work")[Y], run.problem
+        state = run.view("solve.state")[0]
+        record = run.view("output.record")[0]
+        t = float(state["t"])
+        y = run.view("solve.work")[Y]
+        p = run.problem
         present = y[self.held].tolist()
         if present == self._present or (p.tf - t) * (p.tf - p.t0) <= 0.0:
             return
@@ -147,8 +161,11 @@ class Switching:
         segments, h_max = self.segments(given, y.copy(), t, p.tf, float(state["h_max"]), asked)
         run.lay_segments(segments)
         end = segments[0, 1] if len(segments) else last_time(p.tf)
-        state["t_end"], state["t_stop"], state["h_max"] = end, end, h_max
-        record["i_segment"], record["i_change"] = 0, 0
+        state["t_end"] = end
+        state["t_stop"] = end
+        state["h_max"] = h_max
+        record["i_segment"] = 0
+        record["i_change"] = 0
 
     def begin(self, y):
         """Note the state at the start of a solve."""
@@ -168,7 +185,8 @@ class Switching:
 
     def tell(self, bound, record):
         """Warn, once a function and method, if a step jumped over changes; see `Output`."""
-        i, place = int(record["jumped"][0]), _place_told(bound, self._method)
+        i = int(record["jumped"][0])
+        place = _place_told(bound, self._method)
         notes = _notes_of(bound)
         if not i or place in notes:
             return
@@ -193,8 +211,10 @@ class Switching:
 
         `bound` is the equations' as bound for the members.
         """
-        found, (part,) = {}, self.parts
-        groups, switches = bound.function.traced.trace.reads.groups, part.switches
+        found = {}
+        (part,) = self.parts
+        groups = bound.function.traced.trace.reads.groups
+        switches = part.switches
         for j, column in members.varying.items():
             if bound.at[j] is not None:
                 found[groups[bound.at[j]].first] = np.asarray(column, float)
@@ -207,12 +227,14 @@ class Switching:
 
         A member alone has the same.
         """
-        p, varying = problem, self.varying(members, bound)
+        p = problem
+        varying = self.varying(members, bound)
         count = members.count if varying else 1
         switches = self.parts[0].switches
         values = switches.values(flat(bound.given), members.y0[0])
         found = switches.times(values, p.t0, p.tf, count, varying)
-        member, times = found.member, found.t
+        member = found.member
+        times = found.t
         if found.end != p.tf and len(times) > 1:
             apart = np.diff(times)[np.diff(member) == 0]
             p = p._replace(h_max=min(p.h_max, float(apart.min(initial=math.inf))))

@@ -28,8 +28,13 @@ class Timed:
     """
 
     def __init__(self, place, bound, switches, sharp):
-        self.place, self.bound, self.switches, self._sharp = place, bound, switches, sharp
-        self._deciding, begin, self._groups = Deciding(bound, switches, sharp), 0, []
+        self.place = place
+        self.bound = bound
+        self.switches = switches
+        self._sharp = sharp
+        self._deciding = Deciding(bound, switches, sharp)
+        begin = 0
+        self._groups = []
         for i, group in enumerate(bound.function.traced.trace.reads.groups):
             end = begin + (1 if group.shape is None else math.prod(group.shape))
             if any(slots.start < end and slots.stop > begin for slots in switches.slots_of_times):
@@ -45,7 +50,8 @@ class Timed:
 
     def _candidates(self, given, y, t0, tf):
         """The Candidates in a span; the last ones of the function are kept."""
-        switches, notes = self.switches, self.bound.function.notes
+        switches = self.switches
+        notes = self.bound.function.notes
         values = [given[i] for i in self._groups]
         key = [v.tobytes() if isinstance(v, np.ndarray) else v for v in values]
         if switches.held:
@@ -54,7 +60,8 @@ class Timed:
         place = KEPT, most, switches
         of_values, of_span, grids, found = notes.get(place, (None,) * 4)
         if of_values != key:
-            of_span, grids = None, switches.grids(switches.values(flat(given), y))
+            of_span = None
+            grids = switches.grids(switches.values(flat(given), y))
         if of_span != (t0, tf):
             values = None if grids else switches.values(flat(given), y)
             found = switches.candidates(values, t0, tf, most=most, grids=grids)
@@ -79,7 +86,8 @@ def switches_of(bound, held=(), differentiated=()):
     function = bound.function
     if function is None or function.traced is None:
         return None
-    traced, slots = function.traced, []
+    traced = function.traced
+    slots = []
     groups = tuple([bound.at[j - 1] for j in differentiated])
     if groups:
         slots = [slot for group in groups for slot in slots_of(traced.trace.reads, group, 0)]

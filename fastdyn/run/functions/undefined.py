@@ -15,7 +15,8 @@ def of_undefined(problem, bound, t, y, h=0.0):
 
     The next step, of length h, may have met them.
     """
-    p, lost = problem, not np.isfinite(y).all()
+    p = problem
+    lost = not np.isfinite(y).all()
     if bound.pair:
         return ""
     y = p.y0.copy() if lost else y.copy()  # a lost state: whether they are undefined at any

@@ -31,7 +31,8 @@ def check_jacobian(problem, bound, jacobian):
     with a vector is compared instead of the elements.  Python functions that may do more than give
     values are not called.
     """
-    given, compiled = jacobian.held.fun, jacobian.function
+    given = jacobian.held.fun
+    compiled = jacobian.function
     sparse = jacobian.mode.entries or is_sparse(given)
     n = len(problem.y0)
     if bound.pair or _may_act(bound, n) or (not sparse and _may_act(jacobian, n)):
@@ -63,7 +64,8 @@ def check_sparsity(problem, bound, entries):
 
     If the `entries` of the exact Jacobian are not known, a product with a vector is compared.
     """
-    p, n = problem, len(problem.y0)
+    p = problem
+    n = len(problem.y0)
     given = p.sparsity.columns * n + p.sparsity.rows
     if entries is not None:
         missing = np.setdiff1d(entries.columns * n + entries.rows, given)
@@ -81,7 +83,8 @@ def check_sparsity(problem, bound, entries):
 
 def _first_time(bound, other, held=None):
     """Whether a function and `other` are compared for the first time; `held` is kept alive."""
-    function, fun = bound.function, bound.held.fun
+    function = bound.function
+    fun = bound.held.fun
     place = (id(fun) if function is None else function.key), other
     if _checked.get(place):
         return False
@@ -125,7 +128,8 @@ def _wrong_product(bound, jacobian, t, y, size):
         matrix = matrix if is_sparse(matrix) else as_matrix(np.atleast_2d(matrix), len(y))
     else:
         matrix = evaluated(jacobian, t, y, len(y) ** 2).reshape(len(y), -1)
-    given, terms = matrix @ v, abs(matrix) @ v
+    given = matrix @ v
+    terms = abs(matrix) @ v
     near, far = (_difference(bound, t, y, v, step) for step in (STEP, 4 * STEP))
     doubt = 10 * np.abs(near[0] - far[0]) + near[1] + APART * terms
     (wrong,) = np.nonzero(np.abs(given - near[0]) > doubt)
@@ -140,14 +144,21 @@ def _wrong_product(bound, jacobian, t, y, size):
 
 def _missing_row(problem, bound):
     """The first row in which the grouped Jacobian times a vector differs from a difference."""
-    p, n, y, (rows, columns) = problem, len(problem.y0), problem.y0, problem.sparsity
-    rng, size = np.random.default_rng(1), _states(p)[0][1]
+    p = problem
+    n = len(problem.y0)
+    y = problem.y0
+    rows, columns = problem.sparsity
+    rng = np.random.default_rng(1)
+    size = _states(p)[0][1]
     v, w = size * rng.uniform(0.5, 1.0, (2, n))
-    group, total, doubt = groups_of(p.sparsity, n), np.zeros(n), np.zeros(n)
+    group = groups_of(p.sparsity, n)
+    total = np.zeros(n)
+    doubt = np.zeros(n)
     for g in range(group.max(initial=-1) + 1):
         change, noise = _difference(bound, p.t0, y, np.where(group == g, v, 0.0), STEP)
         mine = group[columns] == g
-        row, times = rows[mine], (w / v)[columns[mine]]
+        row = rows[mine]
+        times = (w / v)[columns[mine]]
         np.add.at(total, row, change[row] * times)
         np.add.at(doubt, row, (noise[row] + APART * np.abs(change[row])) * times)
     near, far = (_difference(bound, p.t0, y, w, step) for step in (STEP, 4 * STEP))
@@ -183,7 +194,8 @@ def _value(bound, t, y):
 
 def _differences(bound, t, y, steps):
     """Central differences, (n, n), and a bound of their rounding error."""
-    columns, noise = [], []
+    columns = []
+    noise = []
     for j, h in enumerate(steps):
         ends = []
         for sign in (1, -1):

@@ -31,11 +31,14 @@ class Elimination:
     def __init__(self, n, begins, rows):
         columns = np.repeat(np.arange(n), np.diff(begins))
         place = _order(n, columns, rows)
-        columns, rows, diagonal = place[columns], place[rows], np.arange(n)
+        columns = place[columns]
+        rows = place[rows]
+        diagonal = np.arange(n)
         below = _pattern_of_l(n, columns, rows)
         self.pays = below is not None
         if below is not None:
-            at, factor = np.lexsort((rows, columns)), np.repeat(diagonal, [*map(len, below)])
+            at = np.lexsort((rows, columns))
+            factor = np.repeat(diagonal, [*map(len, below)])
             own = np.concatenate(below).astype(np.int64)
             self._pattern = *_by_columns(n, columns, rows), at
             self._factors = (
@@ -82,9 +85,12 @@ def _pattern_of_l(n, columns, rows):
 
     A column has the rows of its children in the elimination tree, whose first row it is.
     """
-    one, other = np.minimum(columns, rows), np.maximum(columns, rows)
+    one = np.minimum(columns, rows)
+    other = np.maximum(columns, rows)
     begins, found = _by_columns(n, one[one < other], other[one < other])
-    waiting, below, total = [[] for _ in range(n)], [], 0
+    waiting = [[] for _ in range(n)]
+    below = []
+    total = 0
     for k in range(n):
         mine = set(found[begins[k] : begins[k + 1]].tolist()).union(*waiting[k])
         mine.discard(k)

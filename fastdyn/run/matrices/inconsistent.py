@@ -56,7 +56,8 @@ def refuse_action(mass, t, y):
 
 def _unfulfilled(mass, t, y):
     """The equations of the combinations that are not 0 at the end of Newton's iteration."""
-    f, change = mass.fun(t, y), mass.called("change", t, y)
+    f = mass.fun(t, y)
+    change = mass.called("change", t, y)
     if not np.isfinite(f).all():
         return np.flatnonzero(~np.isfinite(f))
     p = mass.problem

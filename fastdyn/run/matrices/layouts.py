@@ -81,9 +81,11 @@ class Layout(NamedTuple):
 
     def places(self, entries):
         """The place of each entry."""
-        rows, columns = entries.rows, entries.columns
+        rows = entries.rows
+        columns = entries.columns
         if len(self.order):
-            rows, columns = self.order[rows], self.order[columns]
+            rows = self.order[rows]
+            columns = self.order[columns]
         return columns * self.ld + rows
 
     def words(self, routines):
@@ -100,13 +102,15 @@ def matrices_of(problem, bound, block):
 
     Writes the addresses of the Jacobian and of the matrices into the block of the equations.
     """
-    p, n = problem, len(problem.y0)
+    p = problem
+    n = len(problem.y0)
     if p.mode.residual:
         return matrices_of_residual(p, bound, block, matrices_of)
     if not p.method.n_matrices:
         _name(bound, None, None)
         return Matrices(None, None, n, None, None)
-    jacobian, entries = block, entries_of(block, n)
+    jacobian = block
+    entries = entries_of(block, n)
     if p.sparsity is not None and p.jac is None:
         check_sparsity(p, bound, entries)
     sparsity = p.sparsity
@@ -116,7 +120,9 @@ def matrices_of(problem, bound, block):
         entries = sparsity
         jacobian = with_groups(entries_block(entries, n), entries, n)
     known = None if _takes_all(p, jacobian) else entries
-    layout, (words, routines), solver = layout_of(n, known, p.mass), _straight_words(p, known), None
+    layout = layout_of(n, known, p.mass)
+    words, routines = _straight_words(p, known)
+    solver = None
     if layout is not None:
         check_full_matrices(p.method, p.band, n, layout.rows)
         if layout.kind == OUTSIDE:
@@ -139,7 +145,8 @@ def matrices_of_member(problem, bound, others):
 
     Writes the addresses of the Jacobian and of the matrices into the block of the equations.
     """
-    block, n = jacobian_of(problem, bound, others), len(problem.y0)
+    block = jacobian_of(problem, bound, others)
+    n = len(problem.y0)
     if problem.mode.residual:
         return matrices_of_residual(problem, bound, block, matrices_of)
     known = None if _takes_all(problem, block) else entries_of(block, n)
@@ -190,7 +197,8 @@ def _straight_words(problem, entries):
 
     Returns (None, None) if loops eliminate the matrix.
     """
-    n, places = len(problem.y0), None
+    n = len(problem.y0)
+    places = None
     if n > SMALL or not problem.method.n_matrices:
         return None, None
     if entries is not None:
@@ -209,12 +217,14 @@ def _band(n, entries, mass):
     if mass is not None:
         rows, columns = np.nonzero(mass)
         more = bandwidths(rows, columns)
-        lower, upper = max(lower, more[0]), max(upper, more[1])
+        lower = max(lower, more[0])
+        upper = max(upper, more[1])
     elif lower + upper > SMALL:
         found = narrow_order(n, entries.rows, entries.columns)
         narrower = bandwidths(found[entries.rows], found[entries.columns])
         if GAIN * sum(narrower) <= lower + upper:
-            (lower, upper), order = narrower, found
+            lower, upper = narrower
+            order = found
     ld = 2 * lower + upper
     kind = NARROW if lower <= FEW and not are_short(lower, upper) else BAND
     return Layout(kind, ld + 1, ld, lower, upper, order)

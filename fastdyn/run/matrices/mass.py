@@ -32,11 +32,14 @@ class Mass:
     """
 
     def __init__(self, problem, bound):
-        p, n = problem, len(problem.y0)
+        p = problem
+        n = len(problem.y0)
         mass, rows, columns = equilibrated(p.mass)
         inverse, left, right = parts_of(mass)
-        self.left, self.right = left * rows, right * columns
-        self.problem, self.bound = p, bound
+        self.left = left * rows
+        self.right = right * columns
+        self.problem = p
+        self.bound = bound
         sizes = [math.prod(shape) for shape in words.shapes_of_pencil(n, len(self.left))]
         self._numbers = np.zeros(sum(sizes))
         parts = np.split(self._numbers, np.cumsum(sizes)[:-1])
@@ -66,7 +69,8 @@ class Mass:
         return [self._acting(each) if each.mode.acts_at_events else each for each in others]
 
     def _acting(self, action):
-        block, code = np.zeros(words.WORDS_OF_ACTION, np.int64), function_of_pencil("act")
+        block = np.zeros(words.WORDS_OF_ACTION, np.int64)
+        code = function_of_pencil("act")
         block[words.ADDRESS], block[words.ACTION] = code.address, address_of(action.block)
         block[words.PENCIL_OF_ACTION] = address_of(self.block)
         self._kept += [code, action]
@@ -75,7 +79,8 @@ class Mass:
 
     def called(self, name, t, y):
         """The result of a function of the pencil at a time and a state; exceptions are dropped."""
-        block, out = self.block.copy(), np.zeros(len(y))
+        block = self.block.copy()
+        out = np.zeros(len(y))
         block[words.ADDRESS] = function_of_pencil(name).address
         Call(evaluate_kernel(), block, t, np.ascontiguousarray(y), out)()
         return out

@@ -50,5 +50,6 @@ def _sparse(n, entries):
     pattern = csc_matrix((ones, (entries.rows, entries.columns)), (n, n))
     dominant = csc_matrix((np.full(n, 2.0 * n), (np.arange(n), np.arange(n))), (n, n))
     factors = splu(csc_matrix(pattern + dominant), permc_spec="MMD_AT_PLUS_A")
-    of_l, of_u = np.diff(factors.L.indptr), np.bincount(factors.U.indices, minlength=n)
+    of_l = np.diff(factors.L.indptr)
+    of_u = np.bincount(factors.U.indices, minlength=n)
     return SPARSE * 2.0 * float(of_l @ of_u)

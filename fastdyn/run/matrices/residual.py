@@ -29,7 +29,8 @@ from fastdyn.kernels.calls.block import (
     TIME,
 )
 
-N_STATE, N_RATE = TIME, FAULT
+N_STATE = TIME
+N_RATE = FAULT
 
 
 NOT_KNOWN: Any = None
@@ -61,7 +62,8 @@ def pattern_of_residual(bound, block, n):
     if both is None:
         return None
     own = both.rows < n
-    rows, columns = both.rows[own], both.columns[own]
+    rows = both.rows[own]
+    columns = both.columns[own]
     places, elements = np.unique(columns % n * n + rows, return_inverse=True)
     rates = np.zeros(n, bool)
     rates[columns[columns >= n] - n] = True
@@ -85,7 +87,8 @@ def matrices_of_residual(problem, bound, block, matrices_of):
     entries = pattern.entries
     half = problem._replace(y0=problem.y0[:n], mode=DERIVATIVE)
     found = matrices_of(half, bound, entries_block(entries, n))
-    m, words = len(entries.rows), found.words
+    m = len(entries.rows)
+    words = found.words
     places = found.jacobian[FIRST : FIRST + m]
     far = entries.rows - entries.columns
     limits = [far.max(initial=0), -far.min(initial=0)]

@@ -40,20 +40,26 @@ class SparseSolver:
     inside = False  # as in a `Callback`: no function of the user runs here
 
     def __init__(self, n, entries, mass, block):
-        self._n, self._block, self.exception, self.pending = n, block, None, None
+        self._n = n
+        self._block = block
+        self.exception = None
+        self.pending = None
         own = entries.columns * n + entries.rows
         diagonal = np.arange(n) * (n + 1)
         if mass is None:
-            m_places, self._mass = diagonal, np.ones(n)
+            m_places = diagonal
+            self._mass = np.ones(n)
         else:
             m_columns, m_rows = np.nonzero(mass.T)
-            m_places, self._mass = m_columns * n + m_rows, mass[m_rows, m_columns]
+            m_places = m_columns * n + m_rows
+            self._mass = mass[m_rows, m_columns]
         places = np.unique(np.r_[own, m_places, diagonal])
         self._indices = (places % n).astype(np.int32)
         self._indptr = np.searchsorted(places, n * np.arange(n + 1)).astype(np.int32)
         self._of_jacobian = np.searchsorted(places, own)
         self._of_mass = np.searchsorted(places, m_places)
-        self._count, self._entries = len(own), entries
+        self._count = len(own)
+        self._entries = entries
         mirrored = places % n * n + places // n
         alike = np.isin(places, mirrored).mean() > ALIKE
         self._ordering = "MMD_AT_PLUS_A" if alike else "COLAMD"
@@ -105,7 +111,8 @@ class SparseSolver:
         row[:] = np.nan if factors is None else factors(row)
 
     def _solve_complex(self, jacobian, given, b, c, info):
-        re, im = self._numbers(b, self._n), self._numbers(c, self._n)
+        re = self._numbers(b, self._n)
+        im = self._numbers(c, self._n)
         factors = self._guarded(lambda: self._factors(jacobian, given))
         x: Any = np.full(self._n, np.nan) if factors is None else factors(re + 1j * im)
         re[:], im[:] = x.real, x.imag
@@ -113,7 +120,8 @@ class SparseSolver:
     def _add_product(self, jacobian, given, out, info):
         """out + J given."""
         rows, columns = self._entries
-        x, total = self._numbers(given, self._n), self._numbers(out, self._n)
+        x = self._numbers(given, self._n)
+        total = self._numbers(out, self._n)
         numbers = self._numbers(jacobian, self._count)
         total += np.bincount(rows, numbers * x[columns], self._n)
 
@@ -126,5 +134,6 @@ class SparseSolver:
                 self.pending()
             return action()
         except BaseException as error:
-            self.exception, self._block[RAISED_WORD] = error, 1
+            self.exception = error
+            self._block[RAISED_WORD] = 1
             return None

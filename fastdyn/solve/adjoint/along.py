@@ -25,10 +25,13 @@ MOST = 1000  # components and parameters, for which the longer equations compile
 # problems by five methods at 1e-3, 1e-6 and 1e-8, a satellite at 1e-3 was solved again, by three.
 # A gradient is left where the other steps give one that is off by less than KEPT shares: that of an
 # epidemic with a kink, at 1e-8, by 1.9; those of hidden oscillations, at 1e-6, by 14 and more.
-MORE, APART, KEPT = 10.0, 0.1, 3.0
+MORE = 10.0
+APART = 0.1
+KEPT = 3.0
 # The direction of a number p is a p + b ELSE, with random a and b from LEAST to 1, of either sign:
 # of the size of p, not 0 where p is, and not one number for equal ones.
-ELSE, LEAST = 0.5 * (5.0**0.5 - 1.0), 0.5
+ELSE = 0.5 * (5.0**0.5 - 1.0)
+LEAST = 0.5
 
 
 class Along:
@@ -46,7 +49,8 @@ class Along:
     """
 
     def __init__(self, problem, directions):
-        p, n = problem, len(problem.y0)
+        p = problem
+        n = len(problem.y0)
         values = np.concatenate([d.value.ravel() for d in directions if d.position] or [[]])
         rng = np.random.default_rng(0)
         shape = 2, n + len(values)
@@ -56,9 +60,11 @@ class Along:
         by_start = any(d.position == 0 for d in directions)
         self._v = v if by_start else v[n:]
         positions = tuple([d.position for d in directions if d.position])
-        near, of_values = Near(p.t0, p.tf, p.y0), np.ascontiguousarray(turns[:, n:])
+        near = Near(p.t0, p.tf, p.y0)
+        of_values = np.ascontiguousarray(turns[:, n:])
         self._bound = bind_direction(p.fun, p.args, near, positions, of_values, p.mode)
-        tolerances, rtol = Tolerances(p, 1), float(np.max(p.rtol))
+        tolerances = Tolerances(p, 1)
+        rtol = float(np.max(p.rtol))
         self.share = min(APART, MORE * rtol**0.5 or APART)
         self._problem = without_functions(p)._replace(
             y0=np.concatenate([p.y0, v[:n] if by_start else np.zeros(n)]),
@@ -75,7 +81,8 @@ class Along:
         if run.again() != FINISHED:
             return None
         n = g.shape[1]
-        terms, other = gradient * self._v, (g * run.output.points()[1][:, n:]).ravel()
+        terms = gradient * self._v
+        other = (g * run.output.points()[1][:, n:]).ravel()
         size = np.abs(terms).sum() + self.share * np.abs(other).sum()
         if not np.abs(terms.sum() - other.sum()) > self.share * size:
             return None

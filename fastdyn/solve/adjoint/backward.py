@@ -88,7 +88,8 @@ class Backward(NamedTuple):
 
         Those by the outputs at the times t are g; those by the parameters are added to the memory.
         """
-        work, lam = memory.work, self.lam
+        work = memory.work
+        lam = self.lam
         work[lam : lam + 2] = 0.0
         seeds = Seeds(t, leg.t, g, np.zeros(self.n_weights), np.array([len(t)]))
         for first, states in self._segments(leg, blocks, memory):
@@ -109,7 +110,8 @@ class Backward(NamedTuple):
         room = np.empty((np.diff(bounds).max() + 1, leg.states.shape[1]))
         others = (*blocks, *memory) if self.stable is None else None
         for i in range(len(leg.rows) - 1, -1, -1):
-            first, end = int(bounds[i]), int(bounds[i + 1])
+            first = int(bounds[i])
+            end = int(bounds[i + 1])
             states = room[: end - first + 1]
             if len(states) < 2:
                 continue
@@ -131,9 +133,12 @@ def backward_of(name, product):
 
 def _rosenbrock(product):
     def memory(backward, work, product):
-        n, (*_, ld) = product.n, backward.fields
-        entries, z = np.zeros(len(product.places[0]) + n), np.zeros(3 * n + 1)
-        matrix, out = np.zeros((n - 1) * ld + n), np.zeros(n + product.m)
+        n = product.n
+        *_, ld = backward.fields
+        entries = np.zeros(len(product.places[0]) + n)
+        z = np.zeros(3 * n + 1)
+        matrix = np.zeros((n - 1) * ld + n)
+        out = np.zeros(n + product.m)
         return MemoryOfRosenbrock(work, out, entries, z, matrix, np.zeros(n))
 
     def blocks(bound, product):
@@ -154,7 +159,8 @@ def _collocation(name, product):
         raise ValueError(TOO_LARGE.format(name, s * product.n, table.ld))
 
     def memory(backward, work, product):
-        m, size = product.n, s * product.n
+        m = product.n
+        size = s * product.n
         rows = np.zeros(m + product.m), np.zeros(len(table.rows)), np.zeros(size), np.zeros(2 * m)
         return MemoryOfCollocation(work, *rows, np.zeros((size - 1) * table.ld + size), rows[2] * 0)
 
@@ -171,7 +177,8 @@ def _collocation(name, product):
 
 def _order(product):
     """The place of each component in a matrix: another one if the band becomes narrower."""
-    (rows, columns), same = product.places, np.arange(product.n)
+    rows, columns = product.places
+    same = np.arange(product.n)
     if sum(bandwidths(rows, columns)) <= SMALL:
         return same
     found = narrow_order(product.n, rows, columns)
@@ -191,7 +198,8 @@ def _blocks(bound, product):
 @functools.cache
 def _explicit(name):
     if BY_NAME[name].backward == "kicks":
-        table, first = kicks_of(name), len(BY_NAME[name].tableau["kicks"])
+        table = kicks_of(name)
+        first = len(BY_NAME[name].tableau["kicks"])
         return Backward(
             tuple(table), scalar.sweep_of_kicks_kernel, scalar.replay_of_kicks_kernel,
             first + backward_splitting.SINGLE + 2 * len(table.nodes), 0, len(table.dense),

@@ -53,13 +53,16 @@ def of_events(problem, run, positions):
     Uncompilable
         If an event or its action has no trace, or a derivative is missing.
     """
-    p, n = problem, len(problem.y0)
-    events, near = p.events or (), Near(p.t0, p.tf, p.y0)
+    p = problem
+    n = len(problem.y0)
+    events = p.events or ()
+    near = Near(p.t0, p.tf, p.y0)
     if not (events or p.schedules):
         return NO_EVENTS
     jumps = [*[event.act for event in events], *[each.jump for each in p.schedules]]
     functions = [*[event.function for event in events], *[None] * len(p.schedules)]
-    acting, passive = [], []
+    acting = []
+    passive = []
     for event, jump in zip(functions, jumps, strict=True):
         given = Saltation(p.fun, event, jump, n, (), 0)
         acting.append(jump and bind_transposed(given, p.args, near, positions))
@@ -102,7 +105,9 @@ def back_over(product, occurrence, derivatives, by_time=0.0):
     """
     n = product.n
     z = np.zeros(product.bound.n)
-    z[:n], z[-n - 1 : -1], z[-1] = occurrence.y, derivatives, by_time
+    z[:n] = occurrence.y
+    z[-n - 1 : -1] = derivatives
+    z[-1] = by_time
     found = np.zeros(n + product.m)
     function = code_at(product.bound.function.address)
     call(function, occurrence.t, z, product.bound.block.copy(), found)
@@ -116,15 +121,18 @@ def by_occurrence(events, legs, n, t_events, y_events):
     """
     if t_events is None and y_events is None:
         return {}
-    counts, found = counts_of(legs, len(events.order)), {}
+    counts = counts_of(legs, len(events.order))
+    found = {}
     given = listed("t_events", t_events, len(counts)), listed("y_events", y_events, len(counts))
     for i, (place, *parts) in enumerate(zip(events.order, *given, strict=True)):
-        k, (of_time, of_state) = counts[place], parts
+        k = counts[place]
+        of_time, of_state = parts
         if (of_time is None and of_state is None) or not k:
             continue
         if isinstance(events.passive[place], str):
             raise ValueError(NO_DERIVATIVE.format(i, events.passive[place]))
-        c, rows = np.zeros(k), np.zeros((k, n))
+        c = np.zeros(k)
+        rows = np.zeros((k, n))
         if of_time is not None:
             c = checked(f"t_events[{i}]", f"t_events[{i}]", of_time, (k,))
         if of_state is not None:

@@ -24,18 +24,26 @@ class StepsAndOutput(Output):
 
     def __init__(self, plan, memory, problem, room):
         super().__init__(plan, memory)
-        p, n_eval = problem, len(problem.t_eval)
-        self._begin, self._room, self._last = n_eval + 1, room, p.t0
+        p = problem
+        n_eval = len(problem.t_eval)
+        self._begin = n_eval + 1
+        self._room = room
+        self._last = p.t0
         self._sign = 1.0 if p.tf >= p.t0 else -1.0
         self.y[n_eval] = p.y0
-        self._times, self._states, self._rows, self._behind = [], [], [], []
-        self.n_rows, self.apart = 0, 1
+        self._times = []
+        self._states = []
+        self._rows = []
+        self._behind = []
+        self.n_rows = 0
+        self.apart = 1
 
     def make_room(self):
         """Put the rows aside; the arrays remain."""
         o = self.record[0]
         new = slice(self._begin, int(o["n_out"]))
-        times, behind = self.t[new].copy(), self._found_behind(self.t[new])
+        times = self.t[new].copy()
+        behind = self._found_behind(self.t[new])
         rows = np.arange(self.n_rows + 1, self.n_rows + 1 + len(times))
         kept = behind | (rows % self.apart == 0)
         self._times.append(times)
@@ -67,7 +75,8 @@ class StepsAndOutput(Output):
 
         Row 0 is the initial state.  The last result has the rows of states behind actions.
         """
-        n, begin = int(self.record["n_out"][0]), self._begin
+        n = int(self.record["n_out"][0])
+        begin = self._begin
         if not self._times and (n - begin) * self._n <= self._room:
             times = self.t[begin:n]
             numbers = np.arange(n - begin + 1)
@@ -89,7 +98,9 @@ class Keeping(Run):
         The steps of the last solve, if they are wanted later.
     """
 
-    room, _piece, kept = ROOM, FIRST, None
+    room = ROOM
+    _piece = FIRST
+    kept = None
 
     def _plan(self, problem, n_points=None):
         shape = [*shape_of(problem, bool(self._own.pair))]
@@ -108,7 +119,8 @@ class Keeping(Run):
         """Prepare for the next solve, which may take as many steps as the last one."""
         self.take_snapshots(0)
         if self.grown is not None:
-            steps, self.grown = self.grown.n_rows, None
+            steps = self.grown.n_rows
+            self.grown = None
             wanted = min(2 ** int(steps).bit_length(), MOST)
             if wanted > self._piece:
                 self._piece = wanted

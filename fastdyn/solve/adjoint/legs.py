@@ -57,7 +57,8 @@ class Leg(NamedTuple):
 
 def leg_of(problem, t, rows, states, seen=(), ends=()):
     """A Leg; its first time is that of the start of the solve, or that of an action."""
-    begin, end = t[:-1].copy(), t[1:].copy()
+    begin = t[:-1].copy()
+    end = t[1:].copy()
     fresh = np.zeros(len(end), np.int64)
     fresh[:1] = 1
     segments = problem.segments
@@ -69,7 +70,8 @@ def leg_of(problem, t, rows, states, seen=(), ends=()):
             i = of_t[t[j + 1]]
             end[j] = segments[i, 1]
             if j + 1 < len(end):
-                begin[j + 1], fresh[j + 1] = segments[i + 1, 0], 1
+                begin[j + 1] = segments[i + 1, 0]
+                fresh[j + 1] = 1
     h = end - begin
     if not problem.method.error_order:
         h = np.full(len(end), problem.h if problem.tf >= problem.t0 else -problem.h)
@@ -90,7 +92,8 @@ def legs_of(run):
     p = run.problem
     times, rows, states, behind = run.output.rows()
     t = np.concatenate([[p.t0], times])
-    cuts, legs = [0, *behind.tolist(), len(t)], []
+    cuts = [0, *behind.tolist(), len(t)]
+    legs = []
     for i, (seen, ends) in enumerate(occurrences_of(run, t[behind].tolist())):
         first, end = cuts[i : i + 2]
         own = slice(*np.searchsorted(rows, (first, end)))
@@ -100,10 +103,14 @@ def legs_of(run):
 
 def steps_in(plan, memory, n_eval, t0, y0, shared):
     """The times and states of the steps of a solve in its memory, which others may `share`."""
-    (end,), n = plan.counts("n_out")(memory), plan.n
-    of_t, of_y = plan.arrays["output.t"][0], plan.arrays["output.y"][0]
-    t, y = memory[of_t + n_eval : of_t + end], memory[of_y + n_eval * n : of_y + end * n]
-    t[0], y[:n] = t0, y0
+    (end,) = plan.counts("n_out")(memory)
+    n = plan.n
+    of_t = plan.arrays["output.t"][0]
+    of_y = plan.arrays["output.y"][0]
+    t = memory[of_t + n_eval : of_t + end]
+    y = memory[of_y + n_eval * n : of_y + end * n]
+    t[0] = t0
+    y[:n] = y0
     return t.copy(), (y.copy() if shared else y).reshape(-1, n)
 
 
@@ -119,7 +126,8 @@ def outputs_of(legs, t, each_step):
     """
     if len(legs) == 1:
         return [slice(0, len(t))]
-    sign, cuts = 1.0 if t[-1] >= t[0] else -1.0, []
+    sign = 1.0 if t[-1] >= t[0] else -1.0
+    cuts = []
     behind = iter((np.flatnonzero(sign * np.diff(t) <= 0.0) + 1).tolist())
     for leg in legs[:-1]:
         if each_step and any(each.acted for each in leg.ends):
@@ -151,17 +159,21 @@ def occurrences_of(run, times=()):
     events = p.events or ()
     n_events = len(events)
     jumps = [*[event.act for event in events], *[each.jump for each in p.schedules]]
-    found, counts = [], [0] * len(jumps)
+    found = []
+    counts = [0] * len(jumps)
     for place, t, y in zip(*run.output.found_so_far(), strict=True):
         place = int(place)
         found.append(Occurrence(place, counts[place], float(t), y.copy(), jumps[place] is not None))
         counts[place] += 1
-    legs, i = [], 0
+    legs = []
+    i = 0
     for t in times:
         first = i
         while not (found[i].t == t and (found[i].acted or found[i].place >= n_events)):
             i += 1
-        start, own, i = i, found[i], i + 1
+        start = i
+        own = found[i]
+        i = i + 1
         while i < len(found) and _at(found[i], own, n_events):
             i += 1
         legs.append((found[first:start], found[start:i]))

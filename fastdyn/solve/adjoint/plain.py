@@ -29,10 +29,14 @@ class Laid:
     """The memory and the arguments of a sweep over plain solves of one kind, for one thread."""
 
     def __init__(self, backward, product, n_points, tolerances):
-        n, times = product.n, np.zeros(n_points)
+        n = product.n
+        times = np.zeros(n_points)
         self._memory = memory = backward.room(product, np.zeros(n))
-        none, states, block = np.zeros(1), np.zeros((1, n)), np.zeros(1, np.int64)
-        rows, beta = np.zeros((len(times), n)), np.zeros(backward.n_weights)
+        none = np.zeros(1)
+        states = np.zeros((1, n))
+        block = np.zeros(1, np.int64)
+        rows = np.zeros((len(times), n))
+        beta = np.zeros(backward.n_weights)
         seeds = Seeds(times, none, rows, beta, np.zeros(1, np.int64))
         steps = Steps(none, none, np.zeros(MORE), np.zeros(MORE, np.int64))
         self._call = call = Call(
@@ -41,24 +45,31 @@ class Laid:
         )  # fmt: skip
         names = "steps.t", "steps.end", "states", "seeds.t", "seeds.ends", "block", "own", "given.g"
         self._places = [call.place(name) for name in names]
-        self._room, self._lam = MORE, backward.lam
+        self._room = MORE
+        self._lam = backward.lam
 
     def over(self, t, states, times, blocks, g):
         """Go back over a solve: the status, lam, the gradient behind n numbers, and the gauge.
 
         The arrays are those of the memory, and valid until the next call.
         """
-        n_steps, words = len(t) - 1, self._call.words
+        n_steps = len(t) - 1
+        words = self._call.words
         if n_steps > self._room:
             self._room = 2 * n_steps
             self._call["steps.h"] = np.zeros(self._room)
             self._call["steps.fresh"] = np.zeros(self._room, np.int64)
         at, end, of_states, of_times, ends, own, pull, of_g = self._places
-        address, (own_block, block) = address_of(t), blocks
-        words[at], words[at + 1] = address, n_steps
-        words[end], words[end + 1] = address + 8, n_steps
-        words[ends], words[ends + 1] = address, n_steps + 1
-        words[of_states], words[of_states + 1] = address_of(states), n_steps + 1
+        address = address_of(t)
+        own_block, block = blocks
+        words[at] = address
+        words[at + 1] = n_steps
+        words[end] = address + 8
+        words[end + 1] = n_steps
+        words[ends] = address
+        words[ends + 1] = n_steps + 1
+        words[of_states] = address_of(states)
+        words[of_states + 1] = n_steps + 1
         words[of_times], words[of_g] = address_of(times), address_of(g)
         words[own], words[own + 1] = address_of(own_block), len(own_block)
         words[pull], words[pull + 1] = address_of(block), len(block)
@@ -74,7 +85,8 @@ class Sweeps:
         tolerances = problem.rtol, problem.atol
         self._given = self._backward, product, len(problem.t_eval), tolerances
         self._idle: list[Laid] = []
-        self._parts, begin = [], product.n
+        self._parts = []
+        begin = product.n
         for d in directions:
             if d.position == 0:
                 self._parts.append((START, None, 0, 0))
@@ -108,7 +120,8 @@ class Values:
     """Where the words of a function's block name arrays, which a `vjp` copies."""
 
     def __init__(self, bound):
-        self._arrays, at = [], FIRST
+        self._arrays = []
+        at = FIRST
         for i, (kind, _) in enumerate(bound.values):
             words = n_words(kind)
             if words and kind[0] == "array":
@@ -140,7 +153,9 @@ class PlainVjp(Vjp):
     """
 
     def __init__(self, sweeps, solve, whole):
-        self._sweeps, self._solve, self._whole = sweeps, solve, whole
+        self._sweeps = sweeps
+        self._solve = solve
+        self._whole = whole
         self._shape = solve[1].shape[1], len(solve[2])
 
     def __getattr__(self, name) -> Any:

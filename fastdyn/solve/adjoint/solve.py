@@ -50,7 +50,8 @@ def solve_with_adjoint(problem, names):
     positions = tuple([d.position for d in directions if d.position])
     p = problem = p._replace(differentiated=positions)
     try:
-        near, method = Near(p.t0, p.tf, given_state(p)), p.method
+        near = Near(p.t0, p.tf, given_state(p))
+        method = p.method
         product = bind_vjp(p.fun, p.args, near, positions, p.mode, method.backward)
         backward_of(method.name, product)  # may refuse
         run = run_of(p, Run if p.t_eval is None else Keeping)
@@ -73,7 +74,8 @@ def solve_with_adjoint(problem, names):
     if decides(product.bound):
         _refuse_jumps(product.bound, legs, result.status == 1)
     directions = [d._replace(value=np.empty(d.value.shape)) for d in directions]
-    t, derivatives = np.array(result.t, float), (product, directions, events, along)
+    t = np.array(result.t, float)
+    derivatives = (product, directions, events, along)
     result["vjp"] = vjp_of(t, run.problem, bound, bound.given, derivatives, legs)
     return result
 
@@ -85,7 +87,8 @@ def vjp_of(t, problem, bound, given, derivatives, legs):
     product, the directions, an `events.OfEvents`, and an `along.Along` or None.
     """
     product, directions, events, along = derivatives
-    own, outputs = frozen_of(bound, product.n, given), outputs_of(legs, t, problem.t_eval is None)
+    own = frozen_of(bound, product.n, given)
+    outputs = outputs_of(legs, t, problem.t_eval is None)
     problem = without_functions(problem)._replace(t_eval=t)
     return Vjp(problem, own, product, directions, events, legs, outputs, along)
 
@@ -153,15 +156,18 @@ class Again:
     def finished(self, result, problem, ready, fun, args):
         """The result of a solve by a ReadyRun, with `vjp`; None if it needs the long way."""
         run = ready.run
-        legs, run.kept = run.kept, None
+        legs = run.kept
+        run.kept = None
         if not result.success:
             result["vjp"] = Failed(result.message)
             return result
         block = self._block.copy()
-        values, given = self._known[0].read(fun, args, block), ready.given(fun, args)
+        values = self._known[0].read(fun, args, block)
+        given = ready.given(fun, args)
         if values is None or given is None:
             return None
-        taken, steps = ready.taken(), None
+        taken = ready.taken()
+        steps = None
         times = taken["t_eval"]
         if legs is None:
             memory, shared = result["vjp"]
@@ -171,7 +177,8 @@ class Again:
             blocks = run.bounds[0].block.copy(), block
             pairs = zip(self._copied, (given, values), blocks, strict=True)
             both = [copied.copied(*pair) for copied, *pair in pairs]
-            solve, bound = (*steps, times, blocks), run.bounds[0]
+            solve = (*steps, times, blocks)
+            bound = run.bounds[0]
 
             def whole():
                 p = problem._replace(y0=steps[1][0].copy(), **taken)
@@ -181,7 +188,8 @@ class Again:
             return result
         p = problem._replace(y0=ready.room.copy(), **taken)
         legs = legs if steps is None else leg_in(p, *steps)
-        own, along = p._replace(fun=fun, args=args), None
+        own = p._replace(fun=fun, args=args)
+        along = None
         if _compare(run, own, self._with(values), legs):
             with run.not_repeated():
                 along = along_of(own, directions_of(self._names, fun, p.y0, args, "adjoint"))
@@ -227,7 +235,8 @@ def _compare(run, problem, product, legs):
 
     Returns whether the gradient is to be compared, too.
     """
-    p, function = problem, product.bound.function
+    p = problem
+    function = product.bound.function
     due = _schedule(product.bound).after_one()
     if due:
         leg = max(legs, key=lambda leg: len(leg.rows))
@@ -248,7 +257,8 @@ def _refuse_jumps(bound, legs, ended):
     `ended` tells whether an event ended the solve.
     """
     for leg in legs:
-        times, states = leg.t[leg.rows], leg.states
+        times = leg.t[leg.rows]
+        states = leg.states
         sign = 1.0 if times[-1] >= times[0] else -1.0
         for last in leg.ends[:1] or leg.seen[-1:] * (ended and leg is legs[-1]):
             before = sign * times < sign * last.t  # the solution behind is none

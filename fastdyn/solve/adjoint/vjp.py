@@ -67,9 +67,14 @@ class Vjp:
     """
 
     def __init__(self, problem, bound, product, directions, events, legs, outputs, along=None):
-        self._problem, self._bound, self._product = problem, bound, product
-        self._directions, self._events = directions, events
-        self._legs, self._outputs, self._along = legs, outputs, along
+        self._problem = problem
+        self._bound = bound
+        self._product = product
+        self._directions = directions
+        self._events = events
+        self._legs = legs
+        self._outputs = outputs
+        self._along = along
         self._backward = backward_of(problem.method.name, product)
 
     def __repr__(self):
@@ -108,7 +113,8 @@ class Vjp:
             derivatives are not finite; if an event has no derivative; if the problem is so stiff
             that no steps of the method give them.
         """
-        t, n = self._problem.t_eval, len(self._problem.y0)
+        t = self._problem.t_eval
+        n = len(self._problem.y0)
         if g is None and (t_events is not None or y_events is not None):
             g = np.zeros((n, len(t)))
         g = checked("g", "y", g, (n, len(t)))
@@ -119,7 +125,8 @@ class Vjp:
         for _ in range(TRIALS):
             legs = self._legs
             found, gauge = self._swept(legs, *given)
-            largest, cosine = gauge[LARGEST], gauge[COSINE]
+            largest = gauge[LARGEST]
+            cosine = gauge[COSINE]
             limit = ALWAYS_STABLE if largest < ALWAYS_STABLE else self._backward.stable(cosine)
             if largest > limit:
                 self._legs = self._with_steps(INSIDE * limit / gauge[RATE], legs)
@@ -129,7 +136,8 @@ class Vjp:
 
     def _is_unresolved(self, found, given):
         """Whether the steps do not resolve the derivatives; other steps are then taken."""
-        along, self._along = self._along, None
+        along = self._along
+        self._along = None
         if along is None or not np.isfinite(found).all():
             return False
         by_start = any(d.position == 0 for d in self._directions)
@@ -149,7 +157,8 @@ class Vjp:
         if not np.isfinite(found).all():
             raise ValueError(NOT_FINITE)
         n = len(self._problem.y0)
-        result, begin = {}, n
+        result = {}
+        begin = n
         for d in self._directions:
             if d.position == 0:
                 result[START] = found[:n].copy()
@@ -161,7 +170,8 @@ class Vjp:
 
     def _swept(self, legs, g, at_events):
         """The derivatives by the initial state and by the arguments, and the gauge of a sweep."""
-        product, lam = self._product, np.zeros(len(self._problem.y0))
+        product = self._product
+        lam = np.zeros(len(self._problem.y0))
         memory = self._backward.room(product, self._scale(legs))
         blocks = self._backward.blocks(self._bound, product)
         by_parameters = memory.out[product.n :]
@@ -210,7 +220,8 @@ class Vjp:
 
     def _seeds(self, leg, own, g, lam, at_events, out):
         """The times and derivatives of what depends on the states of a leg, in order of time."""
-        t, rows = self._problem.t_eval[own], g[own]
+        t = self._problem.t_eval[own]
+        rows = g[own]
         more = [(each.t, self._of_occurrence(each, at_events, out)) for each in leg.seen
                 if each[:2] in at_events]  # fmt: skip
         if leg.ends:
@@ -224,7 +235,8 @@ class Vjp:
 
     def _with_steps(self, h_max, legs):
         """The legs of the problem solved again with steps of at most `h_max`."""
-        p, events = self._problem, self._events
+        p = self._problem
+        events = self._events
         n_steps = sum([len(leg.t) - 1 for leg in legs])
         if abs(p.tf - p.t0) / h_max > MOST_TIMES * n_steps:
             raise ValueError(UNSTABLE.format(f"Stable steps are {h_max:.1e}, too many"))

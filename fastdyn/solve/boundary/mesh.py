@@ -21,8 +21,10 @@ class Raised(Exception):
 
 def room_of(m, n, k):
     """The numbers of an iteration on m nodes, for n components and k parameters."""
-    size, both = n + k, 2 * n + k
-    unit, units = longer(np.zeros(size)), longer(np.zeros(both))
+    size = n + k
+    both = 2 * n + k
+    unit = longer(np.zeros(size))
+    units = longer(np.zeros(both))
     return collocation.Room(
         np.empty(size), np.empty(size), unit, np.empty(len(unit)),
         np.empty(both), np.empty(both), units, np.empty(len(units)),
@@ -57,11 +59,16 @@ class Solved:
         if collocation.RAISED in (status, again):
             raise Raised
         self.singular = status == collocation.SINGULAR
-        self.x, self.y, self.f, self.p = x, mesh.y.T, room.f.T, mesh.p
+        self.x = x
+        self.y = mesh.y.T
+        self.f = room.f.T
+        self.p = mesh.p
         self.bc, self.sol = room.conditions[: n + len(p)], self._spline()
 
     def _spline(self):
-        y, f, h = self.y, self.f, np.diff(self.x)
+        y = self.y
+        f = self.f
+        h = np.diff(self.x)
         slope = (y[:, 1:] - y[:, :-1]) / h
         bend = (f[:, :-1] + f[:, 1:] - 2 * slope) / h
         parts = [bend / h, (slope - f[:, :-1]) / h - bend, f[:, :-1], y[:, :-1]]

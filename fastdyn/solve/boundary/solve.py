@@ -126,7 +126,11 @@ class Problem:
     """A problem whose functions are compiled: `x`, `y` and `p` are the mesh and the guesses."""
 
     def __init__(self, fun, bc, x, y, p, S):
-        self.fun, self.bc, self.x, self.y, self.p = fun, bc, x, y, p
+        self.fun = fun
+        self.bc = bc
+        self.x = x
+        self.y = y
+        self.p = p
         of_bc = of_ends(bc, y[:, 0], y[:, -1], p)
         self._bounds = (*of_columns(fun, x, y, p), *of_bc)  # their code and blocks are kept alive
         tables = [np.empty((0, 0))] * 3
@@ -142,7 +146,8 @@ class Problem:
     def of(cls, fun, bc, x, y, p, S):
         """The Problem of arguments; None for what SciPy refuses, and for complex numbers."""
         try:
-            x, y = np.array(x, float), np.asarray(y)
+            x = np.array(x, float)
+            y = np.asarray(y)
             p = np.array([]) if p is None else np.asarray(p)
             S = np.zeros((0, 0)) if S is None else np.asarray(S)
         except (TypeError, ValueError):
@@ -150,8 +155,11 @@ class Problem:
         real = all(each.dtype.kind in "iuf" for each in (y, p, S))
         if not real or (x.ndim, y.ndim, p.ndim) != (1, 2, 1):
             return None
-        y, p, S = y.astype(float), p.astype(float), S.astype(float)
-        (n, m), k = y.shape, len(p)
+        y = y.astype(float)
+        p = p.astype(float)
+        S = S.astype(float)
+        n, m = y.shape
+        k = len(p)
         if not n or m < 2 or len(x) != m or not (np.diff(x) > 0).all():
             return None
         if S.size and S.shape != (n, n):
@@ -165,7 +173,9 @@ class Problem:
 
     def compare(self, found):
         """Raise Uncompilable if a Solved has other values than the functions in Python."""
-        x, y, p = found.x, found.y.copy(), found.p.copy()
+        x = found.x
+        y = found.y.copy()
+        p = found.p.copy()
         args = (p,) if len(p) else ()
         real = np.asarray(self.fun(x, y.copy(), *args), float)
         if real.shape == y.shape and len(self.functions.s):
@@ -194,22 +204,26 @@ def _called(function, who, form, one, other, args):
 
 def _solved(problem, tol, max_nodes, verbose, bc_tol):
     """The BVPResult; the mesh is refined until the residuals are within the tolerance."""
-    x, y, p, n_meshes = problem.x, problem.y, problem.p, 0
+    x = problem.x
+    y = problem.y
+    p = problem.p
+    n_meshes = 0
     if verbose == 2:
         print(("{:^15}" * 5).format(*HEADER))
     while True:
         found = Solved(problem.functions, x, y, p, tol, bc_tol)
         n_meshes += 1
-        y, p, rms = found.y, found.p, found.rms
+        y = found.y
+        p = found.p
+        rms = found.rms
         problem.compare(found)
-        largest, of_bc = rms.max(), np.abs(found.bc).max()
+        largest = rms.max()
+        of_bc = np.abs(found.bc).max()
         if found.singular:
             status = 2
             break
-        once, twice = (
-            np.flatnonzero((rms > tol) & (rms < 100 * tol)),
-            np.flatnonzero(rms >= 100 * tol),
-        )
+        once = np.flatnonzero((rms > tol) & (rms < 100 * tol))
+        twice = np.flatnonzero(rms >= 100 * tol)
         added = len(once) + 2 * len(twice)
         full = len(x) + added > max_nodes
         if verbose == 2:

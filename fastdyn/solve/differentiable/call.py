@@ -45,8 +45,11 @@ class Call:
     """
 
     def __init__(self, fixed, shapes, constants, places, inputs):
-        self.fixed, self.shapes, self.inputs = fixed, shapes, inputs
-        self.constants, self.places = constants, places
+        self.fixed = fixed
+        self.shapes = shapes
+        self.inputs = inputs
+        self.constants = constants
+        self.places = places
         self._has_adjoint = True  # until a solve shows that it has not
 
     def placed(self, values):
@@ -65,7 +68,8 @@ class Call:
         return self.shapes.outputs(result), result.status
 
     def _solved(self, values, **more):
-        p, (y0, args) = self.fixed, self.placed(values)
+        p = self.fixed
+        y0, args = self.placed(values)
         if not np.isfinite(y0).all():
             return None
         try:
@@ -127,13 +131,17 @@ class Slopes:
     """
 
     def __init__(self, call, wanted, result):
-        self._call, self._wanted = call, wanted
-        self._sizes, self.slopes = [math.prod(call.inputs[i]) for i in wanted], []
+        self._call = call
+        self._wanted = wanted
+        self._sizes = [math.prod(call.inputs[i]) for i in wanted]
+        self.slopes = []
         if result is None:
-            self.outputs, self.status = call.shapes.unreached(), -1
+            self.outputs = call.shapes.unreached()
+            self.status = -1
             self.slopes = [np.full((*o.shape, sum(self._sizes)), np.nan) for o in self.outputs]
         else:
-            self.outputs, self.status = call.shapes.outputs(result), result.status
+            self.outputs = call.shapes.outputs(result)
+            self.status = result.status
             self.slopes = call.shapes.slopes(result, list(result.sensitivity) if wanted else [])
 
     def push(self, wanted, tangents):
@@ -167,7 +175,8 @@ class Pullback:
         if self._slopes is not None:
             self.outputs, self.status = self._slopes.outputs, self._slopes.status
         elif self._result is None:
-            self.outputs, self.status = call.shapes.unreached(), -1
+            self.outputs = call.shapes.unreached()
+            self.status = -1
         else:
             self.outputs, self.status = call.shapes.outputs(self._result), self._result.status
 
@@ -175,7 +184,8 @@ class Pullback:
         """The derivatives by the wanted values of a number, from those by the outputs."""
         if self._slopes is not None:
             return self._slopes.pull(self._wanted, g)
-        inputs, result = [self._call.inputs[i] for i in self._wanted], self._result
+        inputs = [self._call.inputs[i] for i in self._wanted]
+        result = self._result
         if not any(np.any(each) for each in g):
             return [np.zeros(shape) for shape in inputs]
         there = [np.isfinite(each) | (by == 0) for each, by in zip(self.outputs, g, strict=True)]

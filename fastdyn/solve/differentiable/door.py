@@ -81,7 +81,8 @@ def door(module, library, solve, ready=lambda: None, **words):
         )
         return solve(call, arrays)
 
-    solve_ivp.__module__, solve_ivp.__qualname__ = module, "solve_ivp"
+    solve_ivp.__module__ = module
+    solve_ivp.__qualname__ = "solve_ivp"
     if solve_ivp.__doc__:
         words = {"shapes": "", "place": "", "use": "", "more": "", **words}
         solve_ivp.__doc__ = inspect.cleandoc(solve_ivp.__doc__).format(**words)

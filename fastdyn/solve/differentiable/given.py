@@ -90,7 +90,8 @@ def call_of(
         raise ValueError(f"`occurrences` must be a whole number above 0; got {occurrences!r}.")
     held = apart(_arguments(library, args), library.holds, rows=True)
     if any(held.trees):
-        fun, events = held.function(fun), [held.function(each) for each in watched]
+        fun = held.function(fun)
+        events = [held.function(each) for each in watched]
         _refuse_functions(options)
     given = (_state(library, y0), *held.leaves)
     places = tuple([i for i, value in enumerate(given) if library.holds(value)])
@@ -142,7 +143,8 @@ def _state(library, y0) -> Any:
             raise TypeError("`y0` is complex: there are derivatives of real states only.")
         shape = found.shape
     else:
-        found, shape = y0, library.shape(y0)
+        found = y0
+        shape = library.shape(y0)
     if len(shape) != 1 or shape[0] == 0:
         raise ValueError(f"`y0` must have one dimension, and components; got shape {shape}.")
     return found
@@ -217,7 +219,8 @@ def _outside(function, seen):
         return
     owner = getattr(function, "__self__", None)
     if owner is None and not hasattr(function, "__code__"):  # an object that can be called
-        owner, function = function, vars(type(function)).get("__call__")
+        owner = function
+        function = vars(type(function)).get("__call__")
     function = getattr(function, "__func__", function)
     if not isinstance(function, types.FunctionType) or function in seen:
         return
@@ -232,7 +235,8 @@ def _outside(function, seen):
 
 def _names(function):
     """Pairs (name, value) of closure variables, defaults and globals of a function."""
-    code, found = function.__code__, []
+    code = function.__code__
+    found = []
     for name, cell in zip(code.co_freevars, function.__closure__ or (), strict=True):
         try:
             found.append((name, cell.cell_contents))

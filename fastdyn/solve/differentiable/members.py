@@ -52,7 +52,9 @@ def _is_ensemble(call, axis):
 
 def _ensemble(call, values, axis, solve_ensemble, names=()):
     """The lists of `solved`, and of `sloped` with the names of directions."""
-    p, y0, args = call.fixed, call.constants[0], list(call.constants[1:])
+    p = call.fixed
+    y0 = call.constants[0]
+    args = list(call.constants[1:])
     args = [Shared(a) if isinstance(a, np.ndarray | list) else a for a in args]
     for place, value, own in zip(call.places, values, axis.of, strict=True):
         value = np.array(value, float, order="C")

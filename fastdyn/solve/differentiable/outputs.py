@@ -81,7 +81,8 @@ class Shapes(NamedTuple):
         def rows(of_names, *before):
             """The derivatives by names, (*before, ..., k), as one array (k, *before, m)."""
             parts = [of_names[name] for name in names]
-            k, axes = parts[0].shape[-1], len(before)
+            k = parts[0].shape[-1]
+            axes = len(before)
             flat = [p.reshape(*before, math.prod(p.shape[axes:-1]), k) for p in parts]
             whole = flat[0] if len(flat) == 1 else np.concatenate(flat, axis=-2)
             return whole.transpose(axes + 1, *range(axes + 1))

@@ -16,7 +16,9 @@ CHECKED = 100  # number of starts of an ensemble that are checked
 
 def residuals(system, t0, start):
     """{name: (residual, size of its largest term)} of the constraints that `start` violates."""
-    args, start, found = system.args, np.asarray(start, float), {}
+    args = system.args
+    start = np.asarray(start, float)
+    found = {}
     for name, function in system.constraints.items():
         value = float(function(t0, start, *args))
         size = abs(value)

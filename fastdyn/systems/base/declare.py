@@ -214,7 +214,8 @@ class Declared:
     def _repr_html_(self):
         rows = []
         for field in dataclasses.fields(self):
-            value, unit = getattr(self, field.name), field.metadata.get("unit", "")
+            value = getattr(self, field.name)
+            unit = field.metadata.get("unit", "")
             meaning = field.metadata.get("meaning", "")
             shown = f"{value:.7g}" if isinstance(value, float) else _short(value)
             if shown:

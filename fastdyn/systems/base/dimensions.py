@@ -56,7 +56,8 @@ class Dimension(NamedTuple):
             if power:
                 raised = "" if abs(power) == 1 else _raised(abs(power))
                 parts[power > 0] += f" {name}{raised}"
-        above, below = parts[True].strip() or "1", parts[False].strip()
+        above = parts[True].strip() or "1"
+        below = parts[False].strip()
         below = f"/({below})" if " " in below else f"/{below}" if below else ""
         size = "" if abs(self.factor - 1.0) < 1e-9 else f"{self.factor:.6g} "
         return f"{size}{above}{below}"
@@ -91,7 +92,8 @@ def dimension_of(unit):
 
 def _product(text):
     """The product of the units in a text without a stroke."""
-    total, words = NONE, text.split()
+    total = NONE
+    words = text.split()
     for word in words:
         match = WORD.fullmatch(word)
         named = match and _named(match[1])
@@ -118,7 +120,8 @@ def near_unit(unit, known=()):
 
     `known` are names that may be meant; by default those that have a dimension.
     """
-    known, found = known or (*NAMES, "deg", "kHz", "mA", "MW"), unit
+    known = known or (*NAMES, "deg", "kHz", "mA", "MW")
+    found = unit
     others = {name: own for name, own in OTHER_UNITS.items() if own in known}
     for word in re.findall(r"[A-Za-zµμ]{2,}", unit):
         near = [] if _named(word) else near_names(word, (*known, *others), others, CLOSE)
@@ -134,7 +137,8 @@ def size_in(given, unit):
     """
     if any(re.search(r"rad|rev|deg", one) for one in (given, unit)):
         return None
-    a, b = dimension_of(given), dimension_of(unit)
+    a = dimension_of(given)
+    b = dimension_of(unit)
     if a is None or b is None or a.powers != b.powers:
         return None
     return a.factor / b.factor

@@ -24,7 +24,9 @@ def fields_of(system):
 def split(system, given):
     """(system with the single values, columns of the others, options) of named arguments."""
     fields = fields_of(system)
-    fixed, columns, options = {}, {}, {}
+    fixed = {}
+    columns = {}
+    options = {}
     for name, value in given.items():
         if name not in fields:
             options[name] = value

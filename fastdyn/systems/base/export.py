@@ -36,7 +36,8 @@ def of_instance(system, function, shape, numbers, name):
 def code(system, jacobian=False, mass=False):
     """The `Code` of the right-hand side, the events, and what is asked for."""
     fields = [one for one in system.parameter_fields() if "unit" in one.metadata]
-    numbers, n = [one.name for one in fields], len(system.states)
+    numbers = [one.name for one in fields]
+    n = len(system.states)
     rhs = of_arguments(system, system.rhs, (n,), numbers, "rhs")
     functions = {"rhs": (rhs, "The derivative of the state.")}
     phases = system.phases()

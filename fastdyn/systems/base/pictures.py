@@ -40,7 +40,8 @@ class Pictures:
 
     def scenes(self, t, y) -> list:
         """The scene of each column of y."""
-        columns, scene = zip(t, np.asarray(y).T, strict=True), self.stage(t, y)
+        columns = zip(t, np.asarray(y).T, strict=True)
+        scene = self.stage(t, y)
         return [scene(time, state) for time, state in columns]
 
     def at_start(self) -> Any:

@@ -241,7 +241,8 @@ class System(Declared, Pictures):
 
     def along(self, function, t, y) -> np.ndarray:
         """Values of ``function(t, y, *parameters)`` at every column of y, shape (n_points,)."""
-        t, y = np.atleast_1d(t).astype(float), self.columns(y)
+        t = np.atleast_1d(t).astype(float)
+        y = self.columns(y)
         try:
             values = np.asarray(function(t, y, *self.args), float)
             if values.shape == t.shape:

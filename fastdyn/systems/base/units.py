@@ -41,7 +41,8 @@ def in_unit(text, unit):
     found = NUMBER.fullmatch(text)
     if not found:
         raise ValueError(f"{text!r} is not a number.")
-    value, given = float(found[1]), found[2]
+    value = float(found[1])
+    given = found[2]
     if given is not None and re.match(r",\d", given):
         raise ValueError(
             f"{text!r} has a comma; a decimal number has a point, {text.replace(',', '.', 1)!r}."

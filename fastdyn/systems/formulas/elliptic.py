@@ -81,17 +81,21 @@ def amplitude(u, m1):
     phi = 2.0 ** (len(means) - 1) * means[-1] * rest
     for n in range(len(means) - 1, 0, -1):
         c = 0.5 * (means[n - 1] - other[n - 1])
-        sine, cosine = np.sin(phi), np.cos(phi)
+        sine = np.sin(phi)
+        cosine = np.cos(phi)
         phi = 0.5 * (phi + np.arctan2(c * sine, np.hypot(means[n] * cosine, other[n] * sine)))
     return phi + np.pi * half_turns
 
 
 def _means(m1):
     """Arithmetic and geometric means, down to their common limit."""
-    means, other = [1.0], [float(np.sqrt(m1))]
+    means = [1.0]
+    other = [float(np.sqrt(m1))]
     while means[-1] - other[-1] > 1e-9 * means[-1] or len(means) < 2:
-        a, b = means[-1], other[-1]
+        a = means[-1]
+        b = other[-1]
         means.append(0.5 * (a + b))
         other.append(float(np.sqrt(a * b)))
-    a, b = means[-1], other[-1]
+    a = means[-1]
+    b = other[-1]
     return [*means, 0.5 * (a + b)], [*other, float(np.sqrt(a * b))]

@@ -11,7 +11,9 @@ def forced_mode(t, natural, force, omega):
     q = f/(w² - W²) (sin W t - W/w sin w t), with the difference of the two sines taken apart so
     that nothing cancels where the frequencies meet.
     """
-    beat, mean, total = 0.5 * (omega - natural), 0.5 * (omega + natural), omega + natural
+    beat = 0.5 * (omega - natural)
+    mean = 0.5 * (omega + natural)
+    total = omega + natural
     slow = t * np.sinc(beat * t / np.pi)  # sin(beat t) / beat
     q = force / total * (np.sin(natural * t) / natural - slow * np.cos(mean * t))
     rate = force * omega / total * slow * np.sin(mean * t)

@@ -40,7 +40,8 @@ def checked_times(t):
 
 def checked(times, coefficients):
     """Times and pieces as arrays; refuses what makes no motion."""
-    times, coefficients = np.array(times, float), np.array(coefficients, float)
+    times = np.array(times, float)
+    coefficients = np.array(coefficients, float)
     if times.ndim != 1 or len(times) < 2 or coefficients.shape != (len(times) - 1, 4):
         raise ValueError(
             f"`pieces` must have a row of 4 between each two of the `times`; their shapes are "

@@ -15,7 +15,8 @@ def eccentric_anomaly(mean_anomaly, e):
     falls onto it without overshooting; min(M + e, M/(1 - e), pi) is above the root.
     """
     shift = 0.0 if e >= 0.0 else math.pi
-    e, M = abs(e), np.asarray(mean_anomaly, float) + shift
+    e = abs(e)
+    M = np.asarray(mean_anomaly, float) + shift
     turns = 2.0 * math.pi * np.round(M / (2.0 * math.pi))
     half = np.abs(M - turns)
     u = np.minimum(np.minimum(half + e, half / (1.0 - e)), math.pi)

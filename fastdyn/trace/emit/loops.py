@@ -33,8 +33,11 @@ class Loops(Memory):
 
     def __init__(self, builder, plan, source, vector_function, sides=None):
         super().__init__(builder)
-        self.plan, self.source, self.sides = plan, source, sides
-        source.item, source.address = self._item, self._address
+        self.plan = plan
+        self.source = source
+        self.sides = sides
+        source.item = self._item
+        source.address = self._address
         graph = plan.program.g
         self._one = Emitter(builder, graph, REAL, source)
         self._wide = Emitter(builder, graph, VECTOR, source, vector_function)
@@ -45,7 +48,9 @@ class Loops(Memory):
 
         With `adds`, the results are added to the numbers at `out`.
         """
-        self._at["out"], places, total = out, {}, 0
+        self._at["out"] = out
+        places = {}
+        total = 0
         for first, row in self.plan.kept.items():
             places[first], total = total, total + -(-row.size // WIDTH) * WIDTH
         with self.room(total) as room:
@@ -74,7 +79,8 @@ class Loops(Memory):
 
     def _singly(self, out, adds):
         """Emit the results outside loops; return whether the function raises."""
-        plan, b = self.plan, self.builder
+        plan = self.plan
+        b = self.builder
         node = plan.program.node
         *values, raises = self._one.nodes(
             [*[node(i) for _, i in plan.single], plan.program.raising]
@@ -117,7 +123,9 @@ class Loops(Memory):
             self.put(value, self._at[row.first], WORD(k))
 
     def _running(self, row):
-        b, x, total = self.builder, self._given(row), self._variable(REAL)
+        b = self.builder
+        x = self._given(row)
+        total = self._variable(REAL)
         b.store(REAL(0.0), total)
         with self.each(WORD(row.size), 1) as k:
             b.store(b.fadd(b.load(total), b.load(b.gep(x, [k]))), total)
@@ -129,7 +137,8 @@ class Loops(Memory):
         whole = lambda at, k: b.fptosi(b.load(b.gep(at, [k])), WORD)  # noqa: E731
         with self.each(WORD(row.size), 1) as r:
             b.store(REAL(0.0), total)
-            first, last = whole(begins, r), whole(begins, b.add(r, WORD(1)))
+            first = whole(begins, r)
+            last = whole(begins, b.add(r, WORD(1)))
             some = b.icmp_signed("<", first, last)
             with b.if_then(some), self.each(b.sub(last, first), 1) as k:
                 at = b.add(first, k)
@@ -155,7 +164,8 @@ class Loops(Memory):
             self._stores(box, values, ks)
             return
         axis, *rest = axes
-        count, depth = shape[axis], len(ks) + 1
+        count = shape[axis]
+        depth = len(ks) + 1
         wide = not rest and count >= WIDTH
         reduced = [s for s in box.stores if s.reduction and not s.steps[axis] and not rest]
         kind = VECTOR if wide else REAL
@@ -164,7 +174,8 @@ class Loops(Memory):
             self.builder.store(_all(kind, IDENTITY[store.reduction]), total)
 
         def body(k, fresh=None):
-            here, within = list(values), (*ks, (axis, k))
+            here = list(values)
+            within = (*ks, (axis, k))
             self._make(box, here, depths, depth, axis if wide else None, within)
             if rest:
                 self._nest(box, rest, shape, here, depths, within)
@@ -193,7 +204,8 @@ class Loops(Memory):
         if v.kind == "one":
             return self._one.nodes([v.data])[0]
         if v.kind == "op":
-            (op, data), given = v.data, [values[a] for a in v.args]
+            op, data = v.data
+            given = [values[a] for a in v.args]
             if inner is not None:
                 given = [self._as_vector(x) for x in given]
             if op == "copy":
@@ -239,7 +251,8 @@ class Loops(Memory):
         return values[-1]
 
     def _place(self, at, strides, ks):
-        b, place = self.builder, WORD(at)
+        b = self.builder
+        place = WORD(at)
         for axis, k in ks:
             if strides[axis]:
                 step = k if strides[axis] == 1 else b.mul(k, WORD(strides[axis]))
@@ -272,16 +285,19 @@ class Loops(Memory):
 
     def _lanes(self, store, value, ks):
         """Pairs of a number and its place; a vector goes to one place if it is contiguous."""
-        place, axis = self._place(store.place, store.steps, ks), ks[-1][0] if ks else None
+        place = self._place(store.place, store.steps, ks)
+        axis = ks[-1][0] if ks else None
         if not isinstance(value.type, ir.VectorType) or store.steps[axis] == 1:
             return [(value, place)]
-        b, step = self.builder, store.steps[axis]
+        b = self.builder
+        step = store.steps[axis]
         return [(b.extract_element(value, INDEX(lane)), b.add(place, WORD(lane * step)))
                 for lane in range(WIDTH)]  # fmt: skip
 
     def _put_at(self, store, value, ks):
         """Store a value in its place; a reduction combines it with what is there."""
-        b, array = self.builder, self._array(store.target)
+        b = self.builder
+        array = self._array(store.target)
         for part, place in self._lanes(store, value, ks):
             if store.reduction:
                 vector = isinstance(part.type, ir.VectorType)
@@ -290,7 +306,8 @@ class Loops(Memory):
             self.put(part, array, place)
 
     def _fill(self, store):
-        size, value = self.plan.kept[store.target].size, REAL(IDENTITY[store.reduction])
+        size = self.plan.kept[store.target].size
+        value = REAL(IDENTITY[store.reduction])
         width = WIDTH if size >= WIDTH else 1
         with self.each(WORD(size), width) as k:
             self.put(self.splat(value) if width > 1 else value, self._at[store.target], k)
@@ -324,14 +341,16 @@ class Loops(Memory):
         self._make(first, before, [v.kind != "one" for v in first.values], 0, None, ())
         table = self.table(rows, INDEX)
         with self.each(WORD(len(rows)), 1) as r:
-            places, values = iter(self.row(table, r, rows.shape[1])), list(before)
+            places = iter(self.row(table, r, rows.shape[1]))
+            values = list(before)
             for i, v in enumerate(first.values):
                 if v.kind == "read":
                     values[i] = self._load(self._array(v.data[0]), next(places), v.data[2])
                 elif v.kind == "op":
                     values[i] = self._value(v, values, None, ())
             for store, place in zip(first.stores, places, strict=True):
-                value, array = values[store.value], self._array(store.target)
+                value = values[store.value]
+                array = self._array(store.target)
                 if store.reduction:
                     before = self.builder.load(self.builder.gep(array, [place]))
                     value = self._combined(store.reduction, before, self.number(value))

@@ -8,7 +8,8 @@ from .numbers import BIT, INDEX, REAL, WORD, constant_bytes, declared
 
 WIDTH = 8
 VECTOR = ir.VectorType(REAL, WIDTH)
-BYTES, VOID = ir.IntType(8).as_pointer(), ir.VoidType()
+BYTES = ir.IntType(8).as_pointer()
+VOID = ir.VoidType()
 ON_STACK = 4096  # numbers of a function, up to which they lie on the stack
 
 
@@ -25,7 +26,8 @@ class Memory:
         If `width` does not divide `count`, the last iteration begins at ``count - width``.
         """
         b = self.builder
-        before, body = b.block, b.append_basic_block()
+        before = b.block
+        body = b.append_basic_block()
         after = b.append_basic_block()
         b.branch(body)
         b.position_at_end(body)
@@ -46,7 +48,9 @@ class Memory:
     @contextlib.contextmanager
     def room(self, size):
         """The address of memory for numbers, on the stack or the heap, within the ``with``."""
-        b, module, heap = self.builder, self.builder.module, None
+        b = self.builder
+        module = self.builder.module
+        heap = None
         if size <= ON_STACK:
             room = b.alloca(ir.ArrayType(REAL, max(size, 1)))
             room.align = 64
@@ -79,14 +83,17 @@ class Memory:
 
     def splat(self, value):
         """Broadcast a number, or a truth value, to a vector."""
-        b, kind = self.builder, ir.VectorType(value.type, WIDTH)
-        none, zeros = ir.Constant(kind, ir.Undefined), ir.VectorType(INDEX, WIDTH)
+        b = self.builder
+        kind = ir.VectorType(value.type, WIDTH)
+        none = ir.Constant(kind, ir.Undefined)
+        zeros = ir.VectorType(INDEX, WIDTH)
         one = b.insert_element(none, value, INDEX(0))
         return b.shuffle_vector(one, none, ir.Constant(zeros, [0] * WIDTH))
 
     def put(self, value, base, k):
         """Store a number or a vector; truth values are stored as 1.0 and 0.0."""
-        b, value = self.builder, self.number(value)
+        b = self.builder
+        value = self.number(value)
         at = b.bitcast(b.gep(base, [k]), value.type.as_pointer())
         b.store(value, at).align = 8
 

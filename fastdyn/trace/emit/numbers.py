@@ -16,7 +16,10 @@ from ..operations.special import IN_C
 
 # The code of operations that call kernels, ``emit(emitter, node, args)``: this folder knows none.
 BY_KERNELS: dict[str, Any] = {}
-REAL, WORD, BIT, INDEX = ir.DoubleType(), ir.IntType(64), ir.IntType(1), ir.IntType(32)
+REAL = ir.DoubleType()
+WORD = ir.IntType(64)
+BIT = ir.IntType(1)
+INDEX = ir.IntType(32)
 
 
 class Emitter:
@@ -37,7 +40,10 @@ class Emitter:
     """
 
     def __init__(self, builder, graph, kind, source=None, function=None, flags=()):
-        self.builder, self.graph, self.kind, self.flags = builder, graph, kind, flags
+        self.builder = builder
+        self.graph = graph
+        self.kind = kind
+        self.flags = flags
         self.source: Any = source
         self.width = kind.count if isinstance(kind, ir.VectorType) else None
         self.function = function or self.in_c
@@ -62,7 +68,8 @@ class Emitter:
 
     def emit(self, node, args):
         """Emit one node, given the values of its operands."""
-        b, op = self.builder, node.op
+        b = self.builder
+        op = node.op
         if op == "const":
             return self.constant(node.data)
         if op == "t":
@@ -122,7 +129,8 @@ class Emitter:
         table = self.graph.tables[name]
         if isinstance(table, range):
             return self.source.table(table.start), len(table), table.step
-        module, label = self.builder.module, f"fastdyn_table_{name}"
+        module = self.builder.module
+        label = f"fastdyn_table_{name}"
         known: Any = module.globals.get(label)
         if known is None:
             known = constant_bytes(module, label, np.ascontiguousarray(table, dtype=float))
@@ -133,12 +141,15 @@ class Emitter:
         return number_at(self.builder, address, i, step)
 
     def _between(self, i, low, high):
-        b, low, high = self.builder, WORD(low), WORD(high)
+        b = self.builder
+        low = WORD(low)
+        high = WORD(high)
         i = b.select(b.icmp_signed("<", i, low), low, i)
         return b.select(b.icmp_signed(">", i, high), high, i)
 
     def _table(self, name, x):
-        b, row = self.builder, self._row(name)
+        b = self.builder
+        row = self._row(name)
         n = row[1]
         number = b.fcmp_ordered("<", self._intrinsic(OPERATIONS["abs"].llvm, [x]), REAL(2.0**62))
         i = b.fptosi(b.select(number, x, REAL(0.0)), WORD)
@@ -160,9 +171,11 @@ class Emitter:
         return self._between(i, 0, row[1] - 2)
 
     def _piecewise(self, data, x):
-        b, (knots, *coefficients) = self.builder, map(self._row, data)
+        b = self.builder
+        knots, *coefficients = map(self._row, data)
         i = self._piece(knots, x)
-        at, result = b.fsub(x, self._entry_at(knots, i)), None
+        at = b.fsub(x, self._entry_at(knots, i))
+        result = None
         for row in coefficients:
             c = self._entry_at(row, i)
             result = c if result is None else b.fadd(b.fmul(result, at), c)
@@ -170,11 +183,14 @@ class Emitter:
 
     def _interpolate(self, data, x):
         """np.interp by the left knot; if that is NaN, by the right; if NaN, an equal height."""
-        b, (knots, heights) = self.builder, map(self._row, data)
+        b = self.builder
+        knots, heights = map(self._row, data)
         i = self._piece(knots, x)
         after = b.add(i, WORD(1))
-        left, right = self._entry_at(knots, i), self._entry_at(knots, after)
-        low, high = self._entry_at(heights, i), self._entry_at(heights, after)
+        left = self._entry_at(knots, i)
+        right = self._entry_at(knots, after)
+        low = self._entry_at(heights, i)
+        high = self._entry_at(heights, after)
         slope = b.fdiv(b.fsub(high, low), b.fsub(right, left))
         near = b.fadd(b.fmul(slope, b.fsub(x, left)), low)
         far = b.fadd(b.fmul(slope, b.fsub(x, right)), high)
@@ -205,7 +221,9 @@ def constant_bytes(module, label, content):
     data = bytearray(content.tobytes())
     kind = ir.ArrayType(ir.IntType(8), len(data))
     found: Any = ir.GlobalVariable(module, kind, label)
-    found.linkage, found.global_constant, found.align = "internal", True, 64
+    found.linkage = "internal"
+    found.global_constant = True
+    found.align = 64
     found.initializer = ir.Constant(kind, data)
     return found
 
@@ -222,7 +240,8 @@ def _search_function(module, side, pointer, step):
     entry, loop, half, done = blocks
     ir.IRBuilder(entry).branch(loop)
     b = ir.IRBuilder(loop)
-    low, high = b.phi(WORD), b.phi(WORD)
+    low = b.phi(WORD)
+    high = b.phi(WORD)
     b.cbranch(b.icmp_signed("<", low, high), half, done)
     b = ir.IRBuilder(half)
     middle = b.lshr(b.add(low, high), WORD(1))

@@ -25,7 +25,10 @@ class Sparsity:
         from scipy import sparse
 
         self._sparse: Any = sparse
-        self.program, self.n, self._rows, self._nodes = program, n, {}, {}
+        self.program = program
+        self.n = n
+        self._rows = {}
+        self._nodes = {}
 
     def of_results(self):
         """The (rows, columns) of the elements that may be nonzero, sorted by column.
@@ -53,7 +56,8 @@ class Sparsity:
         return self._rows[row.first]
 
     def _of_row(self, row):
-        make, size = self._sparse.csr_matrix, row.size
+        make = self._sparse.csr_matrix
+        size = row.size
         if row.op == "y":
             return self._sparse.identity(self.n, np.int32, "csr")
         if row.op in ("dense", "running"):
@@ -64,7 +68,8 @@ class Sparsity:
                 values = np.asarray(self.program.g.values)
                 begins, places = (values[s.start : s.stop].astype(int) for s in row.data[2:4])
             else:
-                begins, places = np.arange(size + 1) * row.data, np.arange(inner.shape[0])
+                begins = np.arange(size + 1) * row.data
+                places = np.arange(inner.shape[0])
             ones = np.ones(len(places), np.int32)
             return self._checked(make((ones, places, begins), (size, inner.shape[0])) @ inner)
         total = make((size, self.n), dtype=np.int32)
@@ -75,8 +80,12 @@ class Sparsity:
 
     def _of_ids(self, ids):
         """The pattern of numbers, one row for each."""
-        program, (rows, nodes) = self.program, self.program.parts(ids)
-        owners, at, patterns, begin = program.owners(ids), np.empty(ids.size, int), [], 0
+        program = self.program
+        rows, nodes = self.program.parts(ids)
+        owners = program.owners(ids)
+        at = np.empty(ids.size, int)
+        patterns = []
+        begin = 0
         for first in (*[row.first for row in rows], *nodes):
             here = owners == program.owners(np.array([first]))
             at[here] = begin + ids[here] - first
@@ -106,7 +115,8 @@ def timed_nodes(program):
 
     Beyond MOST_TIMED numbers, there are none for the rows.
     """
-    mixed, timed = set(), set()
+    mixed = set()
+    timed = set()
     outer, single = program.parts(program.outputs)
     wanted = {id(x): x for x in (*outer, *map(program.node, single))}
     for each in (*program.nodes, *program.order):
@@ -138,7 +148,8 @@ def _node(program, i, known):
     if row is None:
         return program.node(i)
     if i not in known:
-        k, g = i - row.first, program.g
+        k = i - row.first
+        g = program.g
         if row.op == "par":
             known[i] = g.make("par", (), row.data.start + k)
         elif row.op == "const":

@@ -19,19 +19,24 @@ REDUCTIONS = frozenset(("sum", "top", "low"))
 ALONE = frozenset(("pack", "csr", "running"))  # rows with code of their own
 LEAVES = frozenset(("y", "par", "block", "const"))
 COSTLY = 16  # a row of this cost or more, with several users, is kept in memory
-MOST_USES, DEEP = 8, 10**6
+MOST_USES = 8
+DEEP = 10**6
 SMALL = 16  # an edge has fewer points, or less than this part of the points of the whole loop
 # Costs of loops, in additions: of a call, and of a number that is read by its place in a table.
 # Eight numbers in two registers take the time of one; by a formula, BY_FORMULA times the time of a
 # call of the C library for one.  In registers of two numbers they take twice as long.
-CALLED, GATHERED, BY_FORMULA = 36, 8, 4
+CALLED = 36
+GATHERED = 8
+BY_FORMULA = 4
 FEWEST = 3  # edges with equal operations become one loop if there are at least so many
-MOST_BOXES, MOST_CODES = 2000, 200
+MOST_BOXES = 2000
+MOST_CODES = 200
 
 
 def _cost_of_box(box, width):
     *outer, inner = box.shape or (1,)
-    wide, found = inner >= WIDTH, len(box.stores)
+    wide = inner >= WIDTH
+    found = len(box.stores)
     times = -(-inner // WIDTH) * (WIDTH // width) if wide else inner
     for value in box.values:
         if value.kind == "op":
@@ -60,11 +65,14 @@ class Piece:
     """A box of results whose ids are affine."""
 
     def __init__(self, plan, roots, shape):
-        (root,), outputs = roots, plan.program.outputs
+        (root,) = roots
+        outputs = plan.program.outputs
         self.found = plan.affine(outputs, root.start, root.strides, shape)
         if self.found is None:
             raise Scattered(None, outputs)
-        self.place, self.steps, self.shape = root.place, root.steps, shape
+        self.place = root.place
+        self.steps = root.steps
+        self.shape = shape
 
 
 class Plan:
@@ -131,7 +139,9 @@ class Plan:
 
     def _choose(self, forced):
         """Choose the rows to keep: those with loops of their own, costly ones with many uses."""
-        program, cost, uses = self.program, {}, defaultdict(set)
+        program = self.program
+        cost = {}
+        uses = defaultdict(set)
         below = program.below
         for row in program.order:
             costs = [cost.get(r.first, 0) for r in below[row.first] if hasattr(r, "first")]
@@ -169,7 +179,8 @@ class Plan:
     # -- loops
 
     def _make_loops(self):
-        program, found = self.program, []
+        program = self.program
+        found = []
         self.level: dict = {}
         for row in program.order:
             if row.first not in self.kept:
@@ -208,8 +219,10 @@ class Plan:
     def _dense(self, row):
         """The loop of a matrix times a vector: each result is a sum along a row."""
         _, rows, columns, first, at, *steps = row.data
-        program, ids = self.program, row.args[0]
-        matrix, x = program.row_at(first), program.row_at(int(ids[0]))
+        program = self.program
+        ids = row.args[0]
+        matrix = program.row_at(first)
+        x = program.row_at(int(ids[0]))
         box = Box(self, [], (rows, columns))
         box.values = [
             Value("read", (self.array(matrix), at, False), (), tuple(steps)),
@@ -225,7 +238,8 @@ class Plan:
 
     def _boxes(self, roots, shape, kind: Any = Box):
         """The boxes of roots over a domain, in which all operands are affine."""
-        todo, found = [(roots, shape)], []
+        todo = [(roots, shape)]
+        found = []
         while todo:
             if len(todo) + len(found) > MOST_BOXES:
                 raise Refusal("its arrays have too many edges", said=False)
@@ -299,7 +313,8 @@ class Plan:
         size = self.program.outputs.size
         root = Root("out", 0, (1,), 0, (1,), "", 0, (1,))
         for piece in self._boxes([root], (size,), Piece) if size else ():
-            (start, strides), shape = piece.found, piece.shape
+            start, strides = piece.found
+            shape = piece.shape
             if math.prod(shape) == 1:
                 self.single.append((piece.place, start))
                 continue
@@ -332,7 +347,8 @@ class Plan:
         if len(loops) > 1:
             boxes = self._boxes([root for loop in loops for root in loop.roots], first.domain)
         roots = [root for loop in loops for root in loop.roots]
-        alone, alike = [], defaultdict(list)
+        alone = []
+        alike = defaultdict(list)
         whole = math.prod(first.domain)
         for box in boxes:
             points = math.prod(box.shape)

@@ -61,8 +61,11 @@ class Program(Owners):
     """
 
     def __init__(self, g, outputs, raising, array_of, settles=False):
-        self.g, self.outputs, self.raising = g, outputs, raising
-        self.rows, self._ones = list(g.rows), {}
+        self.g = g
+        self.outputs = outputs
+        self.raising = raising
+        self.rows = list(g.rows)
+        self._ones = {}
         self._own = self._next = g.next + 2**20  # the graph may still make nodes
         self._find(sides := alternatives(raising))
         if settles or worth_loops(self.nodes):
@@ -88,7 +91,8 @@ class Program(Owners):
 
     def _find(self, ends):
         self.below: dict = {}  # the operands of rows, by first ids
-        nodes, order = {}, []
+        nodes = {}
+        order = []
         todo = [(end, False) for end in (*ends, *self._of_ids(self.outputs))]
         while todo:
             each, done = todo.pop()
@@ -158,7 +162,8 @@ class Program(Owners):
         if first is None:
             self.outputs = self.ids(self.new("copy", (ids,), None, ids.size, truth))
         else:
-            row, (every, place) = self.row_at(first), np.unique(ids, return_inverse=True)
+            row = self.row_at(first)
+            every, place = np.unique(ids, return_inverse=True)
             packed = self._packed(every)
             if row.op == "copy" and packed is every and np.array_equal(every, ids):
                 if ids.size > MOST_SINGLY:
@@ -189,9 +194,12 @@ class _Settled:
     """Replaces the single nodes of a program by rows, where many nodes have one form."""
 
     def __init__(self, program, sides, array_of):
-        self.program, self.nodes = program, program.nodes
+        self.program = program
+        self.nodes = program.nodes
         self._by_key = {node.key: node for node in self.nodes}
-        self._array_of, self._arrays, self._moved = array_of, {}, {}
+        self._array_of = array_of
+        self._arrays = {}
+        self._moved = {}
         self._n_inputs = 1 + max([node.data for node in self.nodes if node.op == "y"], default=-1)
         self._label()
         self._choose(sorted(side.key for side in sides))
@@ -204,7 +212,11 @@ class _Settled:
     def _label(self):
         """Number the forms of the nodes."""
         forms: dict = {}
-        self.form, self.args, self.leaf, self.depth, self.groups = {}, {}, {}, [], []
+        self.form = {}
+        self.args = {}
+        self.leaf = {}
+        self.depth = []
+        self.groups = []
         for count, node in enumerate(self.nodes):
             if count % EVERY == 0:
                 look()
@@ -218,7 +230,9 @@ class _Settled:
                 self.groups.append([])
                 self.depth.append(1 + max([self.depth[self.form[a]] for a in args], default=-1))
             self.groups[k].append(node.key)
-            self.form[node.key], self.args[node.key], self.leaf[node.key] = k, args, leaf
+            self.form[node.key] = k
+            self.args[node.key] = args
+            self.leaf[node.key] = leaf
 
     def _leaf(self, node):
         """(array, place in the array) of a leaf; None for the result of an operation."""
@@ -268,7 +282,9 @@ class _Settled:
         """Give ids in rows to the nodes of one form, whose operands have ids."""
         if not keys:
             return
-        program, node, leaf = self.program, self._by_key[keys[0]], self.leaf[keys[0]]
+        program = self.program
+        node = self._by_key[keys[0]]
+        leaf = self.leaf[keys[0]]
         if leaf is not None:
             if leaf[0][0] != "const":
                 first = self._first_of(*leaf[0])
@@ -292,7 +308,8 @@ class _Settled:
 
     def _entries(self, solution):
         """A row with all numbers of a solution."""
-        g, n = self.program.g, len(solution.args) - 1
+        g = self.program.g
+        n = len(solution.args) - 1
         ids = np.array([g.make("entry", (solution,), i).key for i in range(n)], ID)
         return self.program.new("pack", (ids,), None, n)
 
@@ -309,7 +326,8 @@ class _Settled:
 
     def _rename(self):
         """Put the new ids into the operands of rows, the results and the remaining nodes."""
-        program, moved = self.program, self._moved
+        program = self.program
+        moved = self._moved
         for row in program.order:
             program._replace(row, [self._renamed(a) for a in row.args])
         program.outputs = self._renamed(program.outputs)
@@ -339,7 +357,8 @@ class _Settled:
 
     def _any(self, sides):
         """The disjunction of `sides`; of many, it is the maximum of a row."""
-        program, keys = self.program, [self._moved.get(side.key, side.key) for side in sides]
+        program = self.program
+        keys = [self._moved.get(side.key, side.key) for side in sides]
         if len(keys) >= FEWEST:
             most = program.new("top", (np.sort(np.array(keys, ID)),), len(keys), 1)
             return self._node("lt", program.g.const(0.0), program.node(most.first))

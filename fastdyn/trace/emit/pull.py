@@ -95,7 +95,9 @@ class Box:
     """The values and stores of roots over a box; see `Plan` for `plan`."""
 
     def __init__(self, plan, roots, shape):
-        self.plan, self.roots, self.shape = plan, roots, shape
+        self.plan = plan
+        self.roots = roots
+        self.shape = shape
         self.values: list[Value] = []
         self.stores: list[Store] = []
         self._known: dict = {}
@@ -151,7 +153,8 @@ class Box:
         if found is not None:
             return self.pull(*found)
         ids = view(a, at, strides, self.shape)
-        owner, row = row.first, self.plan.program.row_at(int(ids.min()))
+        owner = row.first
+        row = self.plan.program.row_at(int(ids.min()))
         if row is None or self.plan.program.row_at(int(ids.max())) is not row:
             raise Scattered(owner, a)
         array = self.plan.array(row)
@@ -173,7 +176,8 @@ class Box:
         strides += [s.steps for s in self.stores]
         for outer, inner in reversed(list(pairwise(axes))):
             if all(s[outer] == s[inner] * shape[inner] for s in strides):
-                shape[inner], shape[outer] = shape[inner] * shape[outer], 1
+                shape[inner] = shape[inner] * shape[outer]
+                shape[outer] = 1
                 axes.remove(outer)
         if len(axes) > 1:
 
@@ -232,7 +236,8 @@ def affine(program, ids):
     Cut, Fold
     """
     corner = (0,) * ids.ndim
-    start, strides = int(ids[corner]), []
+    start = int(ids[corner])
+    strides = []
     for axis, n in enumerate(ids.shape):
         step = (*corner[:axis], 1, *corner[axis + 1 :])
         strides.append(int(ids[step]) - start if n > 1 else 0)
@@ -280,7 +285,9 @@ def _cuts(ids, axis):
         return [] if (d == d.flat[0]).all() else [1]
     change = d[1:] != d[:-1]
     change = change if change.ndim == 1 else change.any(axis=tuple(range(1, change.ndim)))
-    at, cuts, begin = (np.flatnonzero(change) + 1).tolist(), [], 0
+    at = (np.flatnonzero(change) + 1).tolist()
+    cuts = []
+    begin = 0
     if len(at) > 4 * MOST:
         return np.array(at)
     for a, b in pairwise([0, *at, n - 1]):  # d[a:b] are equal

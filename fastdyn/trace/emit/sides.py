@@ -5,7 +5,8 @@ from llvmlite import ir
 from .memory import WIDTH
 from .numbers import BIT, WORD
 
-MASK, BITS = ir.VectorType(BIT, WIDTH), ir.IntType(WIDTH)
+MASK = ir.VectorType(BIT, WIDTH)
+BITS = ir.IntType(WIDTH)
 
 
 class Sides:
@@ -22,7 +23,9 @@ class Sides:
     """
 
     def __init__(self, builder, most):
-        self.builder, self._most, self._seen = builder, most, {}
+        self.builder = builder
+        self._most = most
+        self._seen = {}
 
     def note(self, decision, truth):
         """Note a truth value, or a vector of truth values, of a decision."""

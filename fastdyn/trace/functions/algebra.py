@@ -22,7 +22,8 @@ def matmul(a, b) -> Any:
     if hasattr(type(a), "multiplied"):
         return a.multiplied(b)
     g = graph_of(a, b)
-    a, b = symbol(g, a), symbol(g, b)
+    a = symbol(g, a)
+    b = symbol(g, b)
     if not a.many or not b.many:
         raise ValueError("matmul: an operand has no axes")
     if a.kind == b.kind == "b":
@@ -51,7 +52,8 @@ def _sums(a, b, n):
     if of_complex:
         return _complex_sums(a, b, n)
     if a.kind == "b" or b.kind == "b":
-        a, b = a + 0, b + 0
+        a = a + 0
+        b = b + 0
     kind = "i" if a.kind == b.kind == "i" else "f"
     if math.prod(shape) <= max(g.few, 0) or _few_nonzero(g, a, b, shape):
         rows = [np.broadcast_to(x.ids, shape).reshape(-1, n).tolist() for x in (a, b)]
@@ -76,9 +78,12 @@ def _count_of_terms(g, a, b, shape):
 
 
 def _sum_of_products(g, a, b):
-    zero, terms, node = g.const(0.0), [], g.node
+    zero = g.const(0.0)
+    terms = []
+    node = g.node
     for i, j in zip(a, b, strict=True):
-        x, y = node(i), node(j)
+        x = node(i)
+        y = node(j)
         if not ((x.op == "const" and x.data == 0) or (y.op == "const" and y.data == 0)):
             terms.append(g.mul(x, y))
     return g.sum(terms).key if terms else zero.key
@@ -113,7 +118,8 @@ def _dense(g, a, b, shape):
 
 
 def _complex_sums(a, b, n):
-    (p, q), (r, s) = (a.part(0), a.part(1)), (b.part(0), b.part(1))
+    p, q = (a.part(0), a.part(1))
+    r, s = (b.part(0), b.part(1))
     if a.kind != "c":
         return joint(_sums(a, r, n), _sums(a, s, n))
     if b.kind != "c":
@@ -125,7 +131,8 @@ def dot(a, b, out=None):
     if hasattr(type(a), "multiplied"):
         return a.multiplied(b)
     g = graph_of(a, b)
-    a, b = symbol(g, a), symbol(g, b)
+    a = symbol(g, a)
+    b = symbol(g, b)
     if not a.many or not b.many or not a.ids.ndim or not b.ids.ndim:
         return stored(call("multiply", a, b), out)
     if a.ids.ndim > 1 and b.ids.ndim > 2:
@@ -150,7 +157,8 @@ def einsum(subscripts, *operands, out=None):
         a: Any = array_of(operand)
         while len(set(group)) < len(group):
             c = next(c for c in group if group.count(c) > 1)
-            i, j = group.index(c), group.rindex(c)
+            i = group.index(c)
+            j = group.rindex(c)
             a = np.diagonal(a, 0, i, j)
             group = group[:i] + group[i + 1 : j] + group[j + 1 :] + c
         a = a.transpose([group.index(c) for c in order if c in group])

@@ -71,7 +71,9 @@ def joined(arrays, axis=0, out=None, *, dtype=None, casting=None):
 
 def blocks(arrays):
     """np.block, of numbers or of truth values."""
-    g, every, todo = graph_of(arrays), [], [arrays]
+    g = graph_of(arrays)
+    every = []
+    todo = [arrays]
     while todo:
         part = todo.pop()
         todo += part if type(part) is list else ()
@@ -240,7 +242,8 @@ def place_of(name):
         if a.kind == "c":
             refuse("the largest of complex numbers")
         if axis is None:
-            a, axis = a.ravel(), 0
+            a = a.ravel()
+            axis = 0
         if not a.ids.shape[axis]:
             raise ValueError("attempt to get argmax of an empty sequence")
         best = reduced(name, a, axis=axis, keepdims=True)
@@ -273,7 +276,8 @@ def where_(condition, *choices):
 
 
 def clip(a, a_min=None, a_max=None, out=None, *, min=None, max=None):
-    lowest, highest = (min if a_min is None else a_min), (max if a_max is None else a_max)
+    lowest = min if a_min is None else a_min
+    highest = max if a_max is None else a_max
     found = symbol(graph_of(a, lowest, highest), a)
     if lowest is not None:
         found = np.maximum(found, lowest)
@@ -342,7 +346,8 @@ class Joined:
     """np.r_ and np.c_."""
 
     def __init__(self, plain, join):
-        self._plain, self._join = plain, join
+        self._plain = plain
+        self._join = join
 
     def __getitem__(self, key):
         parts = key if isinstance(key, tuple) else (key,)

@@ -28,7 +28,8 @@ def transformed(z: Any, sign) -> Any:
         places = np.arange(p * m).reshape(p, m, 1)
         terms = [z[..., None, :, k * q : (k + 1) * q] for k in range(p)]
         turned = [_turned(terms[k], k * places, p * m, sign) for k in range(1, p)]
-        z, m = _in_memory(sum(turned, terms[0])).reshape(*rows, m * p, q), m * p
+        z = _in_memory(sum(turned, terms[0])).reshape(*rows, m * p, q)
+        m = m * p
     return z.reshape(*rows, n)
 
 
@@ -36,7 +37,10 @@ def _turned(z, k, n, sign) -> Any:
     """z exp(sign 2 pi i k / n); quarter turns are exact."""
     turns = np.exp(sign * 2j * np.pi * (k % n) / n)
     turns = np.where(4 * k % n, turns, np.round(turns))
-    a, b, c, d = z.real, z.imag, turns.real, turns.imag
+    a = z.real
+    b = z.imag
+    c = turns.real
+    d = turns.imag
     if z.g.few < math.inf:
         return z * turns
     return joint(_two_products(a, c, b, -d), _two_products(a, d, b, c))
@@ -51,7 +55,8 @@ def _two_products(a, c, b, d) -> Any:
 
 def _in_memory(z) -> Any:
     """A copy of a long array, so that the next pass does not compute the numbers anew."""
-    g, shape = z.g, z.ids.shape
+    g = z.g
+    shape = z.ids.shape
     if z.ids.size <= g.few:
         return z
     parts = [np.ascontiguousarray(z.ids[name]).reshape(-1) for name in ("real", "imag")]
@@ -66,8 +71,10 @@ def _resized(z, n) -> Any:
 
 def transform(name, given, factor, axes, out):
     """A ufunc behind np.fft, with the place of its factor, along the axis ``axes[0]``."""
-    (axis,), (out,) = axes[0], out
-    z, m = np.moveaxis(array_of(given), axis, -1), out.shape[axis]
+    (axis,) = axes[0]
+    (out,) = out
+    z = np.moveaxis(array_of(given), axis, -1)
+    m = out.shape[axis]
     size = {"rfft_n_even": 2 * (m - 1), "rfft_n_odd": 2 * m - 1}.get(name, m)
     if not z.ids.size or size > LONGEST:
         refuse(f"it calls {name} of so many numbers", final=True)

@@ -140,7 +140,8 @@ class Grid(NamedTuple):
             refuse("a BivariateSpline at all pairs of two rows, where `ev` takes single pairs")
         shape = np.broadcast_shapes(*[v.ids.shape for v in places])
         if self.outer:
-            shape, places = (1, 1), [v.reshape(1, 1) for v in places]
+            shape = (1, 1)
+            places = [v.reshape(1, 1) for v in places]
         beyond = self._beyond(g, places)
         if self.outside == "clip":
             places = [where(v < a, a, where(v > b, b, v)) for v, (a, b) in self._ranges(places)]
@@ -218,7 +219,8 @@ def _raise(sentence):
 
 def of_regular_grid(value, method=None, *, nu=None):
     """The Grid of a RegularGridInterpolator; None if there is none."""
-    knots, values = value.grid, np.asarray(value.values)
+    knots = value.grid
+    values = np.asarray(value.values)
     method = value.method if method is None else method
     if values.dtype not in (float, complex) or any(np.any(np.diff(x) <= 0) for x in knots):
         return None
@@ -244,7 +246,8 @@ def of_regular_grid(value, method=None, *, nu=None):
 
 def of_bivariate(value, dx=0, dy=0, grid=True):
     """The Grid of a spline of two variables by FITPACK; None if there is none."""
-    (tx, ty, c), (kx, ky) = value.tck[:3], value.degrees
+    tx, ty, c = value.tck[:3]
+    kx, ky = value.degrees
     if not (0 <= dx < kx or dx == 0) or not (0 <= dy < ky or dy == 0):
         return None
     axes: list = [_spline(tx, kx, dx), _spline(ty, ky, dy)]
@@ -257,7 +260,8 @@ def of_bivariate(value, dx=0, dy=0, grid=True):
 def interpn(points, values, xi, method="linear", bounds_error=True, fill_value=np.nan):
     """scipy.interpolate.interpn, linear or nearest; the numbers of grid and values may change."""
     g = graph_of(xi)
-    points, values = [array_of(x) for x in points], array_of(values)
+    points = [array_of(x) for x in points]
+    values = array_of(values)
     names = [_parameters(g, x) for x in (*points, values)]
     shape = tuple([x.ids.size for x in points])
     if method not in ("linear", "nearest") or None in names or values.ids.shape != shape:

@@ -151,7 +151,8 @@ def _are_knots(x):
 
 
 def _bounded(columns, shape, ends, extrapolate, axis):
-    ends, n = tuple(map(float, ends)), len(columns)
+    ends = tuple(map(float, ends))
+    n = len(columns)
     period = ends[1] - ends[0] if extrapolate == "periodic" else None
     outside = None if extrapolate else ([math.nan] * n, [math.nan] * n)
     return Form(columns, shape, ends, outside, axis, period)
@@ -159,7 +160,8 @@ def _bounded(columns, shape, ends, extrapolate, axis):
 
 def _of_polynomials(value, nu=0, extrapolate=None):
     extrapolate = value.extrapolate if extrapolate is None else extrapolate
-    x, c = value.x, value.c
+    x = value.x
+    c = value.c
     if not _are_knots(x) or c.dtype not in (float, complex):
         return None
     columns = _columns(c, 2, lambda each: polynomials(x, each, nu))
@@ -167,7 +169,9 @@ def _of_polynomials(value, nu=0, extrapolate=None):
 
 
 def _of_b_spline(value, nu=0, extrapolate=None):
-    t, c, k = value.t, value.c, value.k
+    t = value.t
+    c = value.c
+    k = value.k
     extrapolate = value.extrapolate if extrapolate is None else extrapolate
     n = len(t) - k - 1
     columns = _of_knots(t, c[:n], k, nu)
@@ -204,7 +208,8 @@ def _of_univariate(value, nu=0, ext: Any = None):
 def _of_fitpack(tck, nu, ext, value_at: Any = None):
     """The Form of a spline with FITPACK's rule `ext` outside the range; None if there is none."""
     t, c, k = tck
-    n, ext = len(t) - k - 1, RULES.get(ext, ext)
+    n = len(t) - k - 1
+    ext = RULES.get(ext, ext)
     columns = _of_knots(t, c[:n], k, nu, nan=False)
     if columns is None or ext not in (0, 1, 2, 3) or (ext == 3 and (nu or not value_at)):
         return None
@@ -216,7 +221,10 @@ def _of_fitpack(tck, nu, ext, value_at: Any = None):
 
 
 def _of_interp1d(value):
-    x, y, shape, how = value.x, value._y, value._y_extra_shape, value._call.__name__
+    x = value.x
+    y = value._y
+    shape = value._y_extra_shape
+    how = value._call.__name__
     if not _are_knots(x) or y.dtype not in (float, complex) or type(x) is not np.ndarray:
         return None
     if how == "_call_linear_np":

@@ -27,7 +27,8 @@ MOST_ROWS = 64  # of a block in a loop; beyond, LAPACK's blocks of columns are f
 
 def solution(a, b, transposed=False):
     """np.linalg.solve by Gaussian elimination."""
-    a, b = array_of(a), array_of(b)
+    a = array_of(a)
+    b = array_of(b)
     if not is_plain_square(a) or len(b) != len(a) or b.ids.ndim > 2:
         refuse("np.linalg.solve of several systems, or of shapes that do not match")
     if transposed is not False:
@@ -109,7 +110,8 @@ def _matching(nonzero):
     column: Any = [i if nonzero[i, i] else None for i in range(n)]
     for start in [i for i in range(n) if column[i] is None]:
         owner = {j: i for i, j in enumerate(column) if j is not None}
-        came, todo = {}, [start]
+        came = {}
+        todo = [start]
         for i in todo:
             new = [j for j in np.flatnonzero(nonzero[i]).tolist() if j not in came]
             came.update((j, i) for j in new)
@@ -125,7 +127,8 @@ def _matching(nonzero):
 
 def _n_products(nonzero):
     """The products of a factorisation; see `kernels/algebra/elimination_structure.py`."""
-    where, count = nonzero.copy(), 0
+    where = nonzero.copy()
+    count = 0
     for k in range(len(where)):
         rows = k + np.flatnonzero(where[k:, k])
         where[rows] = where[rows].any(0)  # each of them may become row k
@@ -169,7 +172,8 @@ def scaled_solution(a, b):
 
 def _factors(a, kind):
     """The factors of a matrix, and whether it is singular, as nodes."""
-    g, ids = a.g, a.ids.ravel()
+    g = a.g
+    ids = a.ids.ravel()
     if ids.size > g.few:  # one operand: the first element of a row in memory
         ids = g.ids(g.row("copy", ids.shape, (ids.copy(),)))[:1]
     factors = g.make("factors", [*map(g.node, ids.tolist())], (len(a), kind))
@@ -187,7 +191,8 @@ def _solved(factors, g, right):
 
 def _written_out(a, rest):
     """Elimination number by number; row exchanges are selections."""
-    n, rows = len(a), [[*row, *more] for row, more in zip(a, rest, strict=True)]
+    n = len(a)
+    rows = [[*row, *more] for row, more in zip(a, rest, strict=True)]
     for k in range(n):
         for i in range(k + 1, n):
             _larger_first(rows, k, i)
@@ -206,7 +211,8 @@ def _written_out(a, rest):
 
 def _larger_first(rows, k, i):
     """Exchange rows k and i where row i has the larger pivot."""
-    pivot, other = rows[k][k], rows[i][k]
+    pivot = rows[k][k]
+    other = rows[i][k]
     if _zero(other):
         return
     if _zero(pivot):
@@ -218,7 +224,8 @@ def _larger_first(rows, k, i):
             rows[k], rows[i] = rows[i], rows[k]
         return
     for j in range(k, len(rows[0])):
-        a, b = rows[k][j], rows[i][j]
+        a = rows[k][j]
+        b = rows[i][j]
         rows[k][j], rows[i][j] = where(exchanged, b, a), where(exchanged, a, b)
 
 

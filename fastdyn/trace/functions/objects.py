@@ -32,7 +32,8 @@ PACKAGES = (
 
 def is_object(value):
     """Whether a value is an object of SciPy; the type of LU factors names no module of SciPy."""
-    module, name = type(value).__module__ or "", type(value).__name__
+    module = type(value).__module__ or ""
+    name = type(value).__name__
     if not module.startswith("scipy.") and name != "SuperLU":
         return False  # a user's object may answer for any attribute
     return not isinstance(value, tuple | dict | type) and not hasattr(value, "__code__")
@@ -137,10 +138,12 @@ class Object:
 
     def _called(self, name, args, kwargs):
         n = n_places(self._value, name)
-        places, options = args[:n], (args[n:], kwargs)
+        places = args[:n]
+        options = (args[n:], kwargs)
         symbolic = len(places) == n and is_symbolic(places)
         if symbolic and not any(map(_varies, [*options[0], *kwargs.values()])):
-            known, key = NOW.g.kept, ("form", id(self._value), name, repr(plain_of(options)))
+            known = NOW.g.kept
+            key = ("form", id(self._value), name, repr(plain_of(options)))
             if key not in known:  # the object is kept, so that its id stays unique
                 more, named = plain_of(options)
                 known[key] = form_of(self._value, name, *more, **named), self._value
@@ -205,7 +208,8 @@ class Sparse(Object):
     def _rows(self):
         """(numbers, columns, beginning of each row) of the matrix."""
         if self._numbers is None:
-            value, outside = self._value, self._outside
+            value = self._value
+            outside = self._outside
             if outside is not None and value.format == "csr" and value.data.dtype == float:
                 data = outside.part(value, self._row, "member", "data")
                 for name in ("indices", "indptr", "shape"):
@@ -272,7 +276,8 @@ def _product(rows, y):
         *[g.reads.held(part.astype(float)) for part in (begins, columns)],
         _slots(g, data.ids),
     ]
-    n, vector = len(begins) - 1, np.ascontiguousarray(y.ids).copy()
+    n = len(begins) - 1
+    vector = np.ascontiguousarray(y.ids).copy()
     return Symbol(g, g.ids(g.row("csr", (n,), (vector,), ("csr", n, *slots))))
 
 

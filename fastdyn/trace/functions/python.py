@@ -83,7 +83,8 @@ class Complex(metaclass=_PlainType):
     plain = complex
 
     def __new__(cls, real: Any = 0.0, imag: Any = 0.0) -> Any:
-        real, imag = number(real), number(imag)
+        real = number(real)
+        imag = number(imag)
         g = graph_of(real, imag)
         if g is None:
             return complex(real, imag)

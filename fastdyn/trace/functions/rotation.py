@@ -12,7 +12,8 @@ class Rotation:
     """A rotation by its matrix, and by its quaternion with the scalar last, if that is known."""
 
     def __init__(self, matrix: Any, q: Any = None):
-        self._matrix, self._q = matrix, q
+        self._matrix = matrix
+        self._q = q
 
     def __getattr__(self, name):
         refuse(f"Rotation.{name}")
@@ -40,7 +41,8 @@ class Rotations:
         q = array_of(q)
         if q.ids.shape != (4,):
             refuse("several rotations at once")
-        g, size = q.g, np.sqrt(np.sum(q * q))
+        g = q.g
+        size = np.sqrt(np.sum(q * q))
         # versions of SciPy differ in what NaN gives
         g.leaves_to_python_if(g.map("not", g.map("lt", g.const(0.0).key, size.ids)))
         x, y, z, w = q = q / size
@@ -55,7 +57,12 @@ class Rotations:
         matrix: Any = array_of(np.eye(3))
         for axis, angle in zip(seq, array_of(angles), strict=True):
             j, k = [(1, 2), (2, 0), (0, 1)]["xyz".index(axis.lower())]
-            turn, c, s = array_of(np.eye(3)), np.cos(angle), np.sin(angle)
-            turn[j, j], turn[j, k], turn[k, j], turn[k, k] = c, -s, s, c
+            turn = array_of(np.eye(3))
+            c = np.cos(angle)
+            s = np.sin(angle)
+            turn[j, j] = c
+            turn[j, k] = -s
+            turn[k, j] = s
+            turn[k, k] = c
             matrix = matrix @ turn if seq.isupper() else turn @ matrix  # body or fixed axes
         return Rotation(matrix)

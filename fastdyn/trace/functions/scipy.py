@@ -108,7 +108,8 @@ def correlated(a, weights, mode="reflect", cval=0.0, origin=0, flipped=False) ->
 
     `flipped` tells whether to flip the weights, which makes the correlation a convolution.
     """
-    a, weights = array_of(a), array_of(weights)
+    a = array_of(a)
+    weights = array_of(weights)
     if weights.ids.ndim != a.ids.ndim or np.any(np.asarray(origin) != 0):
         refuse("a filter in this way")
     before = [n // 2 for n in weights.ids.shape]
@@ -151,7 +152,8 @@ def _filter(flipped, along=False) -> Any:
 
 
 def laplace(input, output=None, mode="reflect", cval=0.0):
-    axes, second = range(array_of(input).ids.ndim), _filter(False, along=True)
+    axes = range(array_of(input).ids.ndim)
+    second = _filter(False, along=True)
     return sum(second(input, [1.0, -2.0, 1.0], axis, output, mode, cval) for axis in axes)
 
 
@@ -178,7 +180,8 @@ def _convolved(a, b, mode, edges="constant", value=0):
 
 def convolve(a, v, mode="full"):
     """np.convolve."""
-    a, v = array_of(a), array_of(v)
+    a = array_of(a)
+    v = array_of(v)
     return _convolved(*((v, a) if len(v) > len(a) else (a, v)), mode)
 
 
@@ -225,7 +228,8 @@ def written_out(function):
 
 def stand_in_of(value, made):
     """The stand-in of a function or class of SciPy, ``made(value)``; None for any other value."""
-    package, kind = package_of(value), type(value)
+    package = package_of(value)
+    kind = type(value)
     if kind is np.ufunc:
         return made(value)
     if not package.startswith("scipy.") and kind.__module__ != "uarray":

@@ -23,7 +23,8 @@ def in_order(a, axis: Any = -1, *more, **options):
     if len(rows) > MAX_SORTED:
         refuse("np.sort of so much that depends on the state")
     for low, high in _exchanges(len(rows)):
-        x, y = rows[low], rows[high]
+        x = rows[low]
+        y = rows[high]
         exchanged = call("logical_or", call("less", y, x), call("isnan", x))
         rows[low], rows[high] = where(exchanged, y, x), where(exchanged, x, y)
     return np.moveaxis(rows, 0, axis)
@@ -38,14 +39,18 @@ def _exchanges(n):
     first = 1 << (n - 1).bit_length() >> 1
     p = first
     while p:
-        q, r, d = first, 0, p
+        q = first
+        r = 0
+        d = p
         while True:
             low = np.arange(n - d)
             low = low[low & p == r]
             yield low, low + d
             if q == p:
                 break
-            d, q, r = q - p, q // 2, p
+            d = q - p
+            q = q // 2
+            r = p
         p //= 2
 
 
@@ -78,7 +83,8 @@ def interpolated(x, xp, fp, left=None, right=None):
     else:
         between = Symbol(g, g.map("interpolate", x.ids, data=names))
         inside = where(call("equal", x, xp[-1]), fp[-1], between)
-    left, right = (fp[0] if left is None else left), (fp[-1] if right is None else right)
+    left = fp[0] if left is None else left
+    right = fp[-1] if right is None else right
     return where(call("less", x, xp[0]), left, where(call("greater", x, xp[-1]), right, inside))
 
 
@@ -97,7 +103,8 @@ def whereabouts(a, v, side="left", sorter=None):
     if side not in ("left", "right"):
         raise ValueError(f"search side must be 'left' or 'right' (got '{side}')")
     g = graph_of(v, a)
-    a, v = symbol(g, a), symbol(g, v)
+    a = symbol(g, a)
+    v = symbol(g, v)
     name = _table(g, a)
     if name is None or not g.ascending(name):
         refuse("np.searchsorted in what does not increase")
@@ -106,7 +113,8 @@ def whereabouts(a, v, side="left", sorter=None):
 
 def binned(x, bins, right=False):
     """np.digitize."""
-    g, side = graph_of(x, bins), "left" if right else "right"
+    g = graph_of(x, bins)
+    side = "left" if right else "right"
     table = symbol(g, bins)
     name = _table(g, table)
     if name is not None and g.ascending(name):

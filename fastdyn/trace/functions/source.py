@@ -11,7 +11,8 @@ class _Module:
     """A module in rebuilt source."""
 
     def __init__(self, sources, module):
-        self._sources, self._module = sources, module
+        self._sources = sources
+        self._module = module
 
     def __getattr__(self, name):
         value = self._sources.inside(getattr(self._module, name))
@@ -24,7 +25,8 @@ class _Globals(dict):
 
     def __init__(self, sources, outer):
         super().__init__(__builtins__={**vars(builtins), **BUILTINS}, __name__=outer["__name__"])
-        self._sources, self._outer = sources, outer
+        self._sources = sources
+        self._outer = outer
 
     def __missing__(self, name):
         self[name] = self._sources.inside(self._outer[name])
@@ -35,7 +37,8 @@ class Sources:
     """Rebuilt functions; ``stand_in(value)`` is the stand-in of a value, or None."""
 
     def __init__(self, stand_in):
-        self._stand_in, self._made = stand_in, {}
+        self._stand_in = stand_in
+        self._made = {}
 
     def inside(self, value) -> Any:
         """The value of a module as rebuilt source gets it: a stand-in, or a rebuilt function."""

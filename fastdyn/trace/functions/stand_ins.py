@@ -75,7 +75,8 @@ def call_function(function, args, kwargs):
     source: Any = None if own else SOURCES.of(function)
     if source is function:
         return _other(function, args, kwargs)
-    before, raising = LATEST.refusal, NOW.g.raising
+    before = LATEST.refusal
+    raising = NOW.g.raising
     try:
         found = (own or source)(*args, **kwargs)
     except OutOfTime:
@@ -83,7 +84,8 @@ def call_function(function, args, kwargs):
     except (Refusal, TypeError, AttributeError) as error:  # C code raises TypeError on symbols
         if isinstance(error, Refusal) and _vary(args, kwargs):
             raise
-        LATEST.refusal, NOW.g.raising = before, raising
+        LATEST.refusal = before
+        NOW.g.raising = raising
         return _other(function, args, kwargs)
     if source or function in MAKERS or function in arrays.TYPED:
         return found

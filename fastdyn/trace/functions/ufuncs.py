@@ -35,7 +35,8 @@ def call_ufunc(ufunc, method, args, kwargs):
         return _of_masked(ufunc, method, args, kwargs)
     if method == "__call__" and ufunc.__name__ in OF_ROWS:
         return OF_ROWS[ufunc.__name__](*args, **kwargs)
-    out, chosen = kwargs.pop("out", None), kwargs.pop("where", True)
+    out = kwargs.pop("out", None)
+    chosen = kwargs.pop("where", True)
     for option in ("casting", "subok", "order"):
         kwargs.pop(option, None)
     dtype = getattr(kwargs.get("dtype"), "plain", kwargs.get("dtype"))
@@ -140,7 +141,8 @@ def _reduced(g, name, a, axis, keepdims):
 
 def _of_truths(g, ids, every, axis, keepdims):
     """Whether all, or any, of the truth values along axes are true."""
-    one, none = g.const(1.0).key, g.const(0.0).key
+    one = g.const(1.0).key
+    none = g.const(0.0).key
     if axis is None and not keepdims:
         node = g.negation(g.anywhere(g.map("not", ids))) if every else g.anywhere(ids)
         return truth(g, node.key)

@@ -27,7 +27,8 @@ def look():
 @contextlib.contextmanager
 def checked_by(check):
     """Within the context, `check` is this thread's callback."""
-    before, CLOCK.check = CLOCK.check, check
+    before = CLOCK.check
+    CLOCK.check = check
     try:
         yield
     finally:

@@ -158,7 +158,9 @@ class _Sweep:
             return self._of_select(node)
         if node.op in EQUATIONS:
             return self._of_equations(node)
-        g, operation, terms = self.graph, OPERATIONS[node.op], {}
+        g = self.graph
+        operation = OPERATIONS[node.op]
+        terms = {}
         if any(self.known[a.key] for a in node.args):
             if operation.root:
                 return self._of_root(node)
@@ -179,7 +181,9 @@ class _Sweep:
 
     def _of_sum(self, node):
         """Differentiate a tree of sums as one sum, so that `Graph.sum` adds the terms in pairs."""
-        g, terms, todo = self.graph, {}, [(node, False)]
+        g = self.graph
+        terms = {}
+        todo = [(node, False)]
         while todo:
             each, minus = todo.pop()
             if each is node or each.key in self._inner:
@@ -192,12 +196,17 @@ class _Sweep:
         return self._added(terms)
 
     def _of_select(self, node):
-        g, (condition, *sides), result = self.graph, node.args, {}
+        g = self.graph
+        condition, *sides = node.args
+        result = {}
         yes, no = (self.known[side.key] for side in sides)
-        zero, largest = g.const(0.0), g.const(LARGEST)
+        zero = g.const(0.0)
+        largest = g.const(LARGEST)
         a, b = [self.known[a.key] for a in condition.args] if is_point(condition) else ({}, {})
         for i in dict.fromkeys((*yes, *no)):
-            one, other, chosen = yes.get(i, zero), no.get(i, zero), condition
+            one = yes.get(i, zero)
+            other = no.get(i, zero)
+            chosen = condition
             if i in a or i in b:  # such as sin(x) / x, and 1 at x = 0
                 infinite = g.negation(g.compare(g.make("abs", (other,)), largest, "le"))
                 stays = g.compare(a.get(i, zero), b.get(i, zero), "eq")  # as x == clip(x, 0, 1)
@@ -215,7 +224,8 @@ class _Sweep:
 
     def _of_root(self, node):
         """The derivatives of a root; 0 where the radicand has derivative 0, as ``|v|`` at v = 0."""
-        g, result = self.graph, {}
+        g = self.graph
+        result = {}
         ((factor, source),) = factors(g, node, self._depends)
         for i, d in self.known[source.key].items():
             still = g.compare(d, g.const(0.0), "eq")

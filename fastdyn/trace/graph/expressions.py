@@ -29,8 +29,12 @@ class Node:
     __slots__ = ("args", "data", "key", "op", "value", "varies")
 
     def __init__(self, op, args, data, key):
-        self.op, self.args, self.data, self.key = op, args, data, key
-        self.varies, self.value = True, None
+        self.op = op
+        self.args = args
+        self.data = data
+        self.key = key
+        self.varies = True
+        self.value = None
 
 
 class Graph:
@@ -41,7 +45,8 @@ class Graph:
 
     def __init__(self):
         self._known, self.nodes, self.next = {}, {}, 0  # nodes by key; the next free key
-        self.values, self.tables = Values(), {}
+        self.values = Values()
+        self.tables = {}
         self.batches: Any = None  # the graph itself if its long arrays are rows
         self.kept = {}  # values kept for later runs
         self.most = MAX_NODES
@@ -91,7 +96,8 @@ class Graph:
 
     def compute(self, node, args, values=None):
         """Compute a node from the values of the operands, which are numbers or arrays."""
-        data, operation = node.data, OPERATIONS[node.op]
+        data = node.data
+        operation = OPERATIONS[node.op]
         if operation.tables:
             data = contents(node, self.tables, self.values if values is None else values)
         return operation.value(*args) if data is None else operation.value(data, *args)
@@ -177,7 +183,8 @@ class Graph:
         """a ** k by repeated squaring, for a whole number k >= 0."""
         if a.op == "sqrt" and k > 1 and k % 2:  # sqrt(u) stays a factor: NaN for u < 0
             return self.mul(self.whole_power(a.args[0], k // 2), a)
-        result, square = None, a
+        result = None
+        square = a
         while k:
             if k & 1:
                 result = square if result is None else self.mul(result, square)
@@ -259,7 +266,8 @@ def _sorted(a, b):
 
 def live(outputs):
     """The nodes that the outputs depend on, in topological order."""
-    found, todo = {}, list(outputs)
+    found = {}
+    todo = list(outputs)
     while todo:
         node = todo.pop()
         if node.key not in found:
@@ -270,7 +278,8 @@ def live(outputs):
 
 def alternatives(condition):
     """The conditions of a disjunction; the condition itself if it is no disjunction."""
-    found, todo = {}, [condition]
+    found = {}
+    todo = [condition]
     while todo:
         each = todo.pop()
         if each.op == "or":

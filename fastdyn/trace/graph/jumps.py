@@ -14,7 +14,8 @@ TOLERANCE = 1e-6  # smallest jump that counts, relative to the largest output al
 
 def decisions(graph, outputs, slots):
     """The nodes that change discontinuously with the state, or with the parameters in `slots`."""
-    found, depends = [], set()
+    found = []
+    depends = set()
     for node in live(outputs):
         own = node.op == "y" or (node.op == "par" and node.data in slots)
         if not own and not any(a.key in depends for a in node.args):
@@ -48,11 +49,14 @@ def first_jump(graph, outputs, nodes, times, solution, values):
     steps, rows = np.nonzero((sides[:, 1:] != sides[:, :-1]).T)  # in the order of time
     if not len(steps):
         return None
-    low, high, own = times[steps], times[steps + 1], sides[rows, steps]
+    low = times[steps]
+    high = times[steps + 1]
+    own = sides[rows, steps]
     for _ in range(HALVINGS):  # of all changes at once
         middle = (low + high) / 2
         same = at(middle, [], nodes)[1][rows, np.arange(len(rows))] == own
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
+        low = np.where(same, middle, low)
+        high = np.where(same, high, middle)
     both = np.array([at(low, outputs)[0], at(high, outputs)[0]])
     with np.errstate(invalid="ignore"):
         rise = np.abs(both[1] - both[0]).max(axis=0)

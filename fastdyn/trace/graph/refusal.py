@@ -27,8 +27,12 @@ class Untraceable(Exception):
         self, why, *, final=False, effect=False, said=True, writes=False, alive=False, typed=False
     ):
         super().__init__(why)
-        self.final, self.effect, self.said = final or effect or alive or typed, effect, said
-        self.writes, self.alive, self.typed = writes, alive, typed
+        self.final = final or effect or alive or typed
+        self.effect = effect
+        self.said = said
+        self.writes = writes
+        self.alive = alive
+        self.typed = typed
 
 
 class NotYet(Untraceable):

@@ -61,7 +61,8 @@ class _Pull:
 
     def of(self, outputs, cotangents):
         """The nodes of the product, for each input."""
-        g, terms = self.graph, defaultdict(list)
+        g = self.graph
+        terms = defaultdict(list)
         for node, cotangent in zip(outputs, cotangents, strict=True):
             terms[node.key].append(cotangent)
         for node in reversed(self.nodes):
@@ -103,7 +104,8 @@ class _Pull:
 
     def _times(self, node, factor, own):
         """The product of a factor and a cotangent, 0 where one of them is a 0 that counts."""
-        g, none = self.graph, self.graph.false
+        g = self.graph
+        none = self.graph.false
         if node.key in self.masked and factor.op != "const":
             none = g.compare(own, g.const(0.0), "eq")
         if node.key in self.steep and factor.op != "const":
@@ -111,7 +113,9 @@ class _Pull:
         return g.select(none, g.const(0.0), g.mul(factor, own))
 
     def _of_select(self, node, own):
-        g, (condition, yes, no), zero = self.graph, node.args, self.graph.const(0.0)
+        g = self.graph
+        condition, yes, no = node.args
+        zero = self.graph.const(0.0)
         chosen = condition
         at_a_point = is_point(condition) and any(a.key in self.wanted for a in condition.args)
         if at_a_point and {yes.key, no.key} & self.wanted:  # such as sin(x) / x, and 1 at x = 0
@@ -123,14 +127,16 @@ class _Pull:
     def _stays(self, condition):
         """Whether the sides of an equation have the same derivatives."""
         g = self.graph
-        found, (a, b) = g.true, condition.args
+        found = g.true
+        a, b = condition.args
         for d in _Pull(g, [g.sub(a, b)], self.inputs).of([g.sub(a, b)], [g.const(1.0)]):
             found = g.both(found, g.compare(d, g.const(0.0), "eq"))
         return found
 
     def _infinite(self, node):
         """The condition that the derivative of a node by one of the inputs is not finite."""
-        g, found = self.graph, self.graph.false
+        g = self.graph
+        found = self.graph.false
         for d in _Pull(g, [node], self.inputs).of([node], [g.const(1.0)]):
             finite = g.compare(g.make("abs", (d,)), g.const(LARGEST), "le")
             if not is_zero(d):

@@ -36,8 +36,14 @@ class Row:
     __slots__ = ("args", "data", "first", "op", "shape", "size", "truth", "varies")
 
     def __init__(self, op, args, data, shape, first, truth, varies):
-        self.op, self.args, self.data, self.shape, self.first = op, args, data, shape, first
-        self.size, self.truth, self.varies = math.prod(shape), truth, varies
+        self.op = op
+        self.args = args
+        self.data = data
+        self.shape = shape
+        self.first = first
+        self.size = math.prod(shape)
+        self.truth = truth
+        self.varies = varies
 
 
 class Owners:

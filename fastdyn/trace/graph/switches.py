@@ -50,7 +50,8 @@ def switches(graph, outputs, n):
         if (a.key, b.key) not in found:
             size = graph.add(graph.make("abs", (a,)), graph.make("abs", (b,)))
             found[a.key, b.key] = Switch(graph.sub(a, b), {}, {}, size)
-        switch, less = found[a.key, b.key], node.op != "eq"
+        switch = found[a.key, b.key]
+        less = node.op != "eq"
         switch.above[node.key] = less and node.args[0] is b
         switch.below[node.key] = less and node.args[0] is a
     return [_with_rates(graph, switch, outputs, n) for switch in found.values()]
@@ -63,7 +64,8 @@ def with_signs(graph, outputs):
     up to GUARD, which keeps the quotient from 0 / 0, becomes one by whether x is not 0.
     """
     of_abs = {node.key: x for node in live(outputs) if (x := _inside(node)) is not None}
-    replaced, zero = {}, graph.const(0.0)
+    replaced = {}
+    zero = graph.const(0.0)
     for node in live(outputs):
         if node.op == "div":
             for x, other in (node.args, node.args[::-1]):
@@ -98,7 +100,8 @@ def _inside(node):
 
 def _comparisons(conditions):
     """The comparisons of which conditions are made."""
-    found, todo = {}, list(conditions)
+    found = {}
+    todo = list(conditions)
     while todo:
         node = todo.pop()
         if node.op in ("lt", "le", "eq"):
@@ -166,7 +169,8 @@ def hybrid(graph, outputs, chosen, width, share_of_size, most):
     rejected.  `most` is the limit of an excess.
     """
     g, n = graph, len(outputs)
-    zero, one = g.const(0.0), g.const(1.0)
+    zero = g.const(0.0)
+    one = g.const(1.0)
     found = [_Followed(g, n + k, switch, width, share_of_size) for k, switch in enumerate(chosen)]
     orders = [[*(each for each in found if each is not last), last] for last in found]
     orders = [(order, *_blended(g, n, outputs, order)) for order in orders]
@@ -180,7 +184,10 @@ def hybrid(graph, outputs, chosen, width, share_of_size, most):
         return result
 
     derivatives = [last_sound(lambda order, i=i: i, orders) for i in range(n)]
-    leaving, modes, excess, shares = [], [], [], []
+    leaving = []
+    modes = []
+    excess = []
+    shares = []
     for k, each in enumerate(found):
         own = [*orders[k + 1 :], *orders[: k + 1]]  # rates of the last switch are the safest
         up, down = (
@@ -259,6 +266,7 @@ def _blended(g, n, outputs, followed):
 def _share(g, up, down):
     """The share of f+ in the average; beyond its end, the share does not grow for ever."""
     share = g.div(down, g.sub(down, up))
-    least, most = g.const(-BEYOND), g.const(1.0 + BEYOND)
+    least = g.const(-BEYOND)
+    most = g.const(1.0 + BEYOND)
     share = g.select(g.compare(share, least, "lt"), least, share)
     return g.select(g.compare(most, share, "lt"), most, share)

@@ -9,7 +9,8 @@ class Values:
     """An array that grows at its end."""
 
     def __init__(self):
-        self._room, self._n = np.empty(16), 0
+        self._room = np.empty(16)
+        self._n = 0
 
     def extend(self, numbers):
         numbers = np.ravel(numbers)

@@ -9,7 +9,9 @@ from .domains import nowhere, outside, overflow, overflow_or_nan, poles_of_gamma
 from .record import Operation, add
 from .value import cos, cosh, exp, log, power, rint, select, sin, sinh, sqrt
 
-LOG_2, LOG_10, BELL = math.log(2.0), math.log(10.0), 2 / math.sqrt(math.pi)
+LOG_2 = math.log(2.0)
+LOG_10 = math.log(10.0)
+BELL = 2 / math.sqrt(math.pi)
 INFINITE = outside(lambda a: abs(a) == math.inf, math.inf)
 BEYOND_ONE = outside(lambda a: abs(a) > 1, 2.0)
 NOT_POSITIVE = outside(lambda a: a <= 0, -2.0)

@@ -11,7 +11,9 @@ import numpy as np
 from .record import Operation, add
 
 # Kinds of matrices.  Rows of a scaled matrix are divided by their largest element.
-GENERAL, SYMMETRIC, SCALED = "general", "symmetric", "scaled"
+GENERAL = "general"
+SYMMETRIC = "symmetric"
+SCALED = "scaled"
 FACTORS, SOLUTION = "fastdyn_factors", "fastdyn_solution"  # symbols of kernels
 EQUATIONS = frozenset(("factors", "singular", "solution", "entry"))
 
@@ -28,7 +30,8 @@ def _solved(transposed, a, *right):
     b = np.stack(np.broadcast_arrays(*map(np.asarray, right)), -1).astype(float)
     a = np.swapaxes(a, -1, -2) if transposed else a
     shape = np.broadcast_shapes(a.shape[:-2], b.shape[:-1])
-    a, b = np.broadcast_to(a, (*shape, *a.shape[-2:])), np.broadcast_to(b, (*shape, b.shape[-1]))
+    a = np.broadcast_to(a, (*shape, *a.shape[-2:]))
+    b = np.broadcast_to(b, (*shape, b.shape[-1]))
     usual = np.where(_singular(GENERAL, a)[..., None, None], np.nan, a)
     return np.linalg.solve(usual, b[..., None])[..., 0]
 

@@ -24,7 +24,8 @@ def _place(knots, x):
 def _piecewise(data, x):
     knots, *coefficients = data
     i = _place(knots, x)
-    at, result = np.asarray(x) - knots[i], coefficients[0][i]
+    at = np.asarray(x) - knots[i]
+    result = coefficients[0][i]
     for c in coefficients[1:]:
         result = result * at + c[i]
     return result
@@ -35,7 +36,10 @@ def _interpolate(data, x):
     knots, heights = data
     x = np.asarray(x, float)
     i = _place(knots, x)
-    left, right, low, high = knots[i], knots[i + 1], heights[i], heights[i + 1]
+    left = knots[i]
+    right = knots[i + 1]
+    low = heights[i]
+    high = heights[i + 1]
     slope = (high - low) / (right - left)
     result = slope * (x - left) + low
     result = np.where(np.isnan(result), slope * (x - right) + high, result)
@@ -49,13 +53,15 @@ def _interpolate(data, x):
 def _piece(knots, x):
     """The index of the piece that contains x."""
     i = x.read("search", (knots, "right")) - 1
-    i, last = select(i < 0, 0.0, i), len(x.g.tables[knots]) - 2
+    i = select(i < 0, 0.0, i)
+    last = len(x.g.tables[knots]) - 2
     return select(i < last, i, last)
 
 
 def _slope_of_polynomial(o, x):
     knots, *coefficients = o.of.data
-    i, slope = _piece(knots, x), 0.0
+    i = _piece(knots, x)
+    slope = 0.0
     at = x - i.read("table", knots)
     for k, name in zip(range(len(coefficients) - 1, 0, -1), coefficients[:-1], strict=True):
         c = k * i.read("table", name)

@@ -17,7 +17,8 @@ class Value:
     __abs__, __neg__, __invert__ = (lambda a, op=op: call(op, a) for op in ("abs", "neg", "not"))
 
     def __init__(self, g, of):
-        self.g, self.of = g, of
+        self.g = g
+        self.of = of
 
     def read(self, operation, data):
         """Read a table at this value."""

@@ -26,11 +26,13 @@ class Scope(dict):
         self._outside, self._outer, self.seen = outside, outer, dict(self)
 
     def __missing__(self, name):
-        reads, outer = self._outside.reads, self._outer
+        reads = self._outside.reads
+        outer = self._outer
         row = reads.step(reads.known(outer), "item", name)
         if name not in outer:
             reads.expect(row, "absent")
-            outer, row = vars(builtins), reads.step(reads.known(vars(builtins)), "item", name)
+            outer = vars(builtins)
+            row = reads.step(reads.known(vars(builtins)), "item", name)
             if name not in outer:  # an undefined name must stay undefined
                 reads.expect(row, "absent")
             if outer.get(name) is ORIGINAL.get(name):
@@ -45,11 +47,13 @@ class Functions:
     def __init__(self, outside):
         self.outside = outside
         self._builtins = {**ORIGINAL, **BUILTINS, "__import__": self._import}
-        self._scopes, self._cells = {}, {}
+        self._scopes = {}
+        self._cells = {}
 
     def copy(self, f, row=None):
         """Rebuild a function over its wrapped globals, closure, defaults and attributes."""
-        outside, reads = self.outside, self.outside.reads
+        outside = self.outside
+        reads = self.outside.reads
         facts = _facts(f.__code__)
         if facts.subclasses:
             refuse("it asks which classes inherit from one", alive=True)
@@ -65,7 +69,9 @@ class Functions:
             outside.watched.append(("a global variable", scope, scope.seen))
         cells = [self._cell(c) for c in f.__closure__ or ()]
         new = types.FunctionType(f.__code__, scope, f.__name__, None, tuple(cells) or None)
-        new.__doc__, new.__module__, new.__qualname__ = f.__doc__, f.__module__, f.__qualname__
+        new.__doc__ = f.__doc__
+        new.__module__ = f.__module__
+        new.__qualname__ = f.__qualname__
         outside.keep(f, new, row)
         for name in ("__defaults__", "__kwdefaults__", "__dict__"):
             self._optional(f, new, name, reads.step(row, "attribute", name))
@@ -81,7 +87,8 @@ class Functions:
 
     def _optional(self, f, new, name, row):
         """Copy defaults or attributes; later calls check that there are none, if there are none."""
-        outside, value = self.outside, getattr(f, name)
+        outside = self.outside
+        value = getattr(f, name)
         if not value:
             outside.reads.expect(row, "nothing")
         elif name == "__dict__":
@@ -93,7 +100,8 @@ class Functions:
 
     def _import(self, name, *how):
         module = __import__(name, *how)
-        package, full = name.partition(".")[0], module.__name__
+        package = name.partition(".")[0]
+        full = module.__name__
         if package in PURE and full.partition(".")[0] == package:
             return self.outside.wrap(module, STABLE)
         reads = self.outside.reads
@@ -107,7 +115,8 @@ class Functions:
         return self._cells[id(old)][0]
 
     def _fill(self, new, old, row):
-        outside, filled = self.outside, self._cells[id(old)][2]
+        outside = self.outside
+        filled = self._cells[id(old)][2]
         if filled:
             if filled[0] is not None:
                 outside.reads.alias(row, filled[0])
@@ -138,7 +147,9 @@ class Functions:
 
     def wrapper(self, value, row):
         """A method, a partial, or what a wrapper of a function wraps; None for any other value."""
-        kind, outside, reads = type(value), self.outside, self.outside.reads
+        kind = type(value)
+        outside = self.outside
+        reads = self.outside.reads
         # hasattr would call `__getattr__`, which may accept any name
         for name in ("py_func", "pyfunc", "__wrapped__"):
             static = name in getattr(value, "__dict__", ()) or name in vars(kind)

@@ -26,14 +26,16 @@ def number(graph, slot, value):
 
 def items(graph, slots, like):
     """The symbols of consecutive slots, as numbers of the type of the number `like`."""
-    kind, python = "f" if isinstance(like, float) else "i", type(like) in (int, float)
+    kind = "f" if isinstance(like, float) else "i"
+    python = type(like) in (int, float)
     ids = graph.array(slots, np.empty(len(slots))).tolist()
     return [Symbol(graph, i, kind, python) for i in ids]
 
 
 def complex_number(outside, value, row):
     """The symbol of a complex number."""
-    g, reads = outside.graph, outside.reads
+    g = outside.graph
+    reads = outside.reads
     slots = reads.parameters(reads.step(row, "real numbers"), real_numbers(np.array([value])))
     pair = tuple(graph_id.key for graph_id in [g.make("par", (), slot) for slot in slots])
     return Symbol(g, pair, "c", type(value) is complex)
@@ -41,7 +43,8 @@ def complex_number(outside, value, row):
 
 def array(outside, value, row):
     """The array that a traced function gets: parameters if possible, else constants of the code."""
-    g, reads = outside.graph, outside.reads
+    g = outside.graph
+    reads = outside.reads
     if value.dtype.kind not in "fiubc":
         refuse(f"an array of {value.dtype}")
     if value.size > MOST:

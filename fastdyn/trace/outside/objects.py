@@ -41,7 +41,8 @@ def module_of(outside, module, row):
     package = module.__name__.partition(".")[0]
     if package in IMPURE or "random" in module.__name__:
         return Forbidden(module.__name__)
-    found, reads = {}, outside.reads
+    found = {}
+    reads = outside.reads
 
     class Module:
         __slots__ = ()
@@ -64,7 +65,8 @@ class Member:
     """A member of a class, wrapped when it is first used."""
 
     def __init__(self, outside, value, row):
-        self._of, self._made = (outside, value, row), None
+        self._of = (outside, value, row)
+        self._made = None
         self.__isabstractmethod__ = getattr(value, "__isabstractmethod__", False)
 
     def made(self) -> Any:
@@ -112,7 +114,8 @@ class NotCached:
     """A cached_property that has no cached value; a cached value is an attribute that hides it."""
 
     def __init__(self, function, reads):
-        self.function, self.reads = function, reads
+        self.function = function
+        self.reads = reads
 
     def __get__(self, thing, kind=None):
         if thing is None:
@@ -138,7 +141,8 @@ def shadow_of(outside, cls):
     made = outside.known(cls)
     if made is not None:
         return made
-    reads, own = outside.reads, vars(cls) if root_of(cls) not in PURE else {}
+    reads = outside.reads
+    own = vars(cls) if root_of(cls) not in PURE else {}
     for hook in REFUSED:
         if hook in own:
             refuse(f"the class {cls.__name__} has a `{hook}` of its own")
@@ -205,7 +209,10 @@ class Thing:
 
     def __init__(self, outside, thing, row, mine):
         reads = outside.reads
-        self._outside, self._thing, self._row, self._mine = outside, thing, row, mine
+        self._outside = outside
+        self._thing = thing
+        self._row = row
+        self._mine = mine
         self._own = getattr(thing, "__dict__", None)
         self._at = reads.step(row, "attribute", "__dict__")
         self._slots = {
@@ -218,7 +225,8 @@ class Thing:
 
     def look(self, name):
         """Wrap an attribute, if the object has the attribute."""
-        reads, own = self._outside.reads, self._own or {}
+        reads = self._outside.reads
+        own = self._own or {}
         if name == "__dict__":
             reads.expect(self._at, "keys", (dict, list(own)))
             for each in own:
@@ -243,7 +251,8 @@ class Thing:
 
 def instance_of(outside, thing, row):
     """The shadow of an object: an instance of the shadow of its class."""
-    kind, reads = type(thing), outside.reads
+    kind = type(thing)
+    reads = outside.reads
     base = next(c for c in kind.__mro__ if not c.__flags__ & HEAP)
     if base not in BASES:
         refuse(f"it uses an object of type {kind.__name__}", final=True)

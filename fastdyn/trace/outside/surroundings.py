@@ -44,15 +44,20 @@ class Outside:
     """The outside of one run: what was wrapped, and what the run may have changed."""
 
     def __init__(self, graph, reads, lifted="all"):
-        self.graph, self.reads, self.lifted = graph, reads, lifted
-        self.functions, self.things, self._made = Functions(self), {}, {}
+        self.graph = graph
+        self.reads = reads
+        self.lifted = lifted
+        self.functions = Functions(self)
+        self.things = {}
+        self._made = {}
         self.watched: list = []
         self.stored: list = []  # the kinds of arrays of ids that the run changed
 
     @contextlib.contextmanager
     def numbers_fixed(self, fixed=True):
         """Within the context, numbers become constants of the code, if `fixed`."""
-        before, self.lifted = self.lifted, "none" if fixed else self.lifted
+        before = self.lifted
+        self.lifted = "none" if fixed else self.lifted
         try:
             yield
         finally:
@@ -99,7 +104,8 @@ class Outside:
         row : int or None
             The value's row in `Reads`; STABLE within libraries, None if the place is unknown.
         """
-        kind, reads = type(value), self.reads
+        kind = type(value)
+        reads = self.reads
         if row not in (None, STABLE):
             reads.objects.setdefault(row, value)
         builtin = kind.__module__ in OF_LIBRARIES
@@ -184,7 +190,9 @@ class Outside:
 
     def _sequence(self, value, kind, row):
         """A list or tuple; many floats are one array, many other numbers a part of the code."""
-        reads, n, kinds = self.reads, len(value), {*map(type, value)}
+        reads = self.reads
+        n = len(value)
+        kinds = {*map(type, value)}
         if n > MAX_ARRAY:
             refuse(f"it uses a list of {n} items: make it an array", final=True)
         if n > numbers.SMALL and kinds in ({float}, {np.float64}) and not self.fixed(row):
@@ -216,7 +224,8 @@ class Outside:
 
     def _thing(self, value, kind, row):
         """A module or an object."""
-        reads, package = self.reads, root_of(kind)
+        reads = self.reads
+        package = root_of(kind)
         if (
             objects.is_instance(value, kind)
             or np.poly1d in kind.__mro__

@@ -12,7 +12,8 @@ from .runs import trace
 
 def line_of_refusal(error):
     """The (file, line) of the innermost frame of the user in a traceback; None if there is none."""
-    found, step = None, error.__traceback__
+    found = None
+    step = error.__traceback__
     while step is not None:
         if of_user(step.tb_frame.f_code.co_filename):
             found = step.tb_frame.f_code.co_filename, step.tb_lineno
@@ -34,7 +35,8 @@ def line_of_operation(op, fun, args, n, shape):
 
 def _line_after_which(true, fun, args, n, shape, zeros=0):
     """The (file, line) after which ``true(graph)`` holds, found by another trace."""
-    found, last = [], None
+    found = []
+    last = None
 
     def watch(frame, event, _):
         nonlocal last

@@ -105,7 +105,8 @@ def trace(
 def _leaves(g, run):
     """The ends of all paths, by ``run(script)``, and the messages of exceptions."""
     todo: list[tuple] = [()]
-    leaves, errors = [], []
+    leaves = []
+    errors = []
     while todo:
         script = todo.pop()
         results, error = run(script)
@@ -120,11 +121,13 @@ def _leaves(g, run):
 
 def _run(g, script, outside, fun, args, states, shape):
     """Run one path; return the results or None, and a list with the message of an exception."""
-    g.until, g.outside = _run.__code__, outside
+    g.until = _run.__code__
+    g.outside = outside
     NOW.g = g
     g.begin(script)
     LATEST.refusal = None
-    results, errors = None, []
+    results = None
+    errors = []
     try:
         copy, given = _surroundings(outside, fun, args)
         y = states.start()
@@ -182,7 +185,8 @@ class States:
     """
 
     def __init__(self, g, zeros, complex_state):
-        self.g, self.complex_state = g, complex_state
+        self.g = g
+        self.complex_state = complex_state
         g.given = np.append(g.ids(g.state), np.full(zeros, g.const(0.0).key, ID))
         g.given.flags.writeable = False
 
@@ -192,7 +196,8 @@ class States:
 
     def results(self, result, shape):
         """The ids of a result."""
-        g, size = self.g, 1 if shape is None else int(np.prod(shape))
+        g = self.g
+        size = 1 if shape is None else int(np.prod(shape))
         s = symbol(g, result)
         if not s.many and size > 1 and not isinstance(result, list | tuple | np.ndarray):
             s = Symbol(g, np.full(size, s.ids, ID), s.kind) if s.kind != "c" else s

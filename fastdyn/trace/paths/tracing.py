@@ -32,7 +32,9 @@ class Tracing(Rows):
 
     def begin(self, script):
         self.script, self.decided, self.taken, self.raising = script, {}, [], self.false
-        self.texts, self.abandoned, self.conditions = False, None, False
+        self.texts = False
+        self.abandoned = None
+        self.conditions = False
 
     def assume(self, node):
         """Restrict the code to the current value of a node that parameters determine."""

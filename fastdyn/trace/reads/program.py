@@ -104,7 +104,8 @@ class _Writer:
 
     def _needed(self):
         """The rows with a check, the rows of parameters, and the rows that lead to them."""
-        reads, needed = self.reads, set()
+        reads = self.reads
+        needed = set()
         todo = [i for i, row in enumerate(reads.rows) if row.check is not None]
         todo += [group.row for group in reads.groups]
         todo += [row for pair in reads.aliases for row in pair] + list(reads.pattern)
@@ -135,7 +136,8 @@ class _Writer:
         self.lines.append(f"if not ({condition}): return None")
 
     def _read(self, i):
-        row, value = self.reads.rows[i], self._value(i)
+        row = self.reads.rows[i]
+        value = self._value(i)
         if row.step == "known":
             return
         if row.parent >= 0:
@@ -183,7 +185,8 @@ class _Writer:
             elif node.op in FORMULAS:
                 text = FORMULAS[node.op].format(*parts)
             else:
-                compute, known = self._named(reads.graph.compute), self._named(node)
+                compute = self._named(reads.graph.compute)
+                known = self._named(node)
                 text = f"computed({compute}, {known}, [{', '.join(parts)}], ({self.given}))"
             self.lines.append(f"n{node.key} = {text}")
             if node.key in reads.assumed:
@@ -191,13 +194,16 @@ class _Writer:
 
     def _slot(self, slot):
         i = self.reads.group(slot)
-        group, value = self.reads.groups[i], self.values[i]
+        group = self.reads.groups[i]
+        value = self.values[i]
         number = value if group.shape is None else f"ravel({value})[{slot - group.first}]"
         return group, f"float({number})"
 
     def _pack(self, first):
         """Write the values into the block, if there is a block; arrays are passed in place."""
-        form, words, lines = "=", [], []
+        form = "="
+        words = []
+        lines = []
         for group, value in zip(self.reads.groups, self.values, strict=True):
             if group.shape is None:
                 form += "d"

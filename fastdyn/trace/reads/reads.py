@@ -51,14 +51,21 @@ class Reads:
     """The rows and parameters of a trace; `roots` are the function and its arguments."""
 
     def __init__(self, graph, roots, varying=()):
-        self.graph, self.roots, self.varying = graph, roots, varying
+        self.graph = graph
+        self.roots = roots
+        self.varying = varying
         self.rows: list[Row] = []
         self.groups: list[Group] = []
-        self._known, self._of_row, self._firsts, self._held = {}, {}, [], {}
+        self._known = {}
+        self._of_row = {}
+        self._firsts = []
+        self._held = {}
         self.fixed: set = set()  # slots whose numbers are part of the code
         self.assumed: dict = {}
         self.aliases: set = set()  # pairs of rows that hold one object
-        self.lasting, self.identities, self.truths = True, False, False
+        self.lasting = True
+        self.identities = False
+        self.truths = False
         self._given, self.objects = [], {}  # values of the groups; objects by row, until `close`
         self.pattern: dict = {}  # row: first row with the same object, if identities are compared
 
@@ -162,7 +169,8 @@ class Reads:
 
     def close(self):
         """The values of all groups; from then on, the record holds no object but for its checks."""
-        given, self._given = self._given, []
+        given = self._given
+        self._given = []
         if self.identities:
             first: dict = {}
             for row, thing in self.objects.items():

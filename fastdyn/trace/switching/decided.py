@@ -68,7 +68,9 @@ class Parameters:
     """The parameters at points of members, by slot."""
 
     def __init__(self, common, varying, member):
-        self._common, self._varying, self._member = common, varying, member
+        self._common = common
+        self._varying = varying
+        self._member = member
 
     def __getitem__(self, slot):
         varying = self._varying.get(slot)
@@ -113,11 +115,14 @@ def all_of(found):
 
 def with_ends(found, keep, sharp, at_end):
     """The Times of Candidates that are to be kept, within the span and at its ends."""
-    member, t, sharp = found.member[keep], found.t[keep], sharp[keep]
+    member = found.member[keep]
+    t = found.t[keep]
+    sharp = sharp[keep]
     if not np.any(at_end):
         return Times(member, t, sharp, found.end)
     more, times = (each[at_end] for each in found.at_ends)
-    member, t = np.r_[member, more], np.r_[t, times]
+    member = np.r_[member, more]
+    t = np.r_[t, times]
     sharp = np.r_[sharp, np.full(len(more), found.sure)]
     order = np.lexsort((t, member))
     return Times(member[order], t[order], sharp[order], found.end)
@@ -127,18 +132,25 @@ def _changes(switches, found, looked_at, varying):
     """The largest jump and bend at each time, as shares of the ranges of values."""
     every = np.arange(found.n_members)
     first, last = (np.full(found.n_members, t) for t in found.span)
-    member, t = np.r_[every, found.member, every], np.r_[first, found.t, last]
+    member = np.r_[every, found.member, every]
+    t = np.r_[first, found.t, last]
     order = np.lexsort((t, member))
-    member, t = member[order], t[order]
+    member = member[order]
+    t = t[order]
     same = member[1:] == member[:-1]
-    member, begin, end = member[1:][same], t[:-1][same], t[1:][same]
+    member = member[1:][same]
+    begin = t[:-1][same]
+    end = t[1:][same]
     behind = np.flatnonzero(np.r_[False, member[1:] == member[:-1]])  # intervals after each
     length = np.where(end - begin > 1e-3 * FAR, 1.0, end - begin)
-    left, right = length[behind - 1], length[behind]
+    left = length[behind - 1]
+    right = length[behind]
     points = [found.t - k * NEAR * left for k in (3, 2, 1)]
     points += [found.t + k * NEAR * right for k in (1, 2, 3)]
-    points, owners = np.concatenate(points), np.tile(found.member, 6)
-    jump, bend = np.zeros(len(found.t)), np.zeros(len(found.t))
+    points = np.concatenate(points)
+    owners = np.tile(found.member, 6)
+    jump = np.zeros(len(found.t))
+    bend = np.zeros(len(found.t))
     starts = np.flatnonzero(np.r_[True, np.diff(found.member) != 0])
     sizes = np.diff(np.r_[starts, len(found.t)])
     shorter = np.minimum(left, right)
@@ -148,7 +160,8 @@ def _changes(switches, found, looked_at, varying):
         low = np.fmin.reduceat(np.fmin.reduce(f, axis=0), starts)
         high = np.fmax.reduceat(np.fmax.reduce(f, axis=0), starts)
         size = np.repeat(high - low, sizes)
-        before, after = 3.0 * (f[2] - f[1]) + f[0], 3.0 * (f[3] - f[4]) + f[5]
+        before = 3.0 * (f[2] - f[1]) + f[0]
+        after = 3.0 * (f[3] - f[4]) + f[5]
         step = np.abs(after - before) / size
         slope = (5.0 * f[2] - 8.0 * f[1] + 3.0 * f[0]) / (2.0 * NEAR * left)
         slope_after = (-5.0 * f[3] + 8.0 * f[4] - 3.0 * f[5]) / (2.0 * NEAR * right)

@@ -22,8 +22,12 @@ class Divisions:
     """One search for at most `most` switching times, sorted by member and time."""
 
     def __init__(self, switches, values, varying, first, last, count, most):
-        self.of, self.first, self.last, self.count = switches, first, last, count
-        self._values, self._most = (values, varying), most
+        self.of = switches
+        self.first = first
+        self.last = last
+        self.count = count
+        self._values = (values, varying)
+        self._most = most
         self.off = ROUNDINGS * max(abs(t) for t in (first, last, 0.0) if abs(t) < FAR)
         self.member, self.t = np.empty(0, int), np.empty(0)
         self.weight = np.empty(0)  # of knots of smooth tables, in the sense of CHORD
@@ -63,7 +67,8 @@ class Divisions:
             member = np.r_[every, self.member, every]
             t = np.r_[np.full(self.count, self.first), self.t, np.full(self.count, self.last)]
             order = np.lexsort((t, member))
-            member, t = member[order], t[order]
+            member = member[order]
+            t = t[order]
             same = member[1:] == member[:-1]
             self._intervals = member[1:][same], t[:-1][same], t[1:][same]
         return self._intervals
@@ -81,7 +86,9 @@ class Divisions:
         old = self.member, self.t, self.weight
         member, t, weight = (np.r_[a, b] for a, b in zip(old, new, strict=True))
         order = np.lexsort((t, member))
-        member, t, weight = member[order], t[order], weight[order]
+        member = member[order]
+        t = t[order]
+        weight = weight[order]
         begins = np.r_[True, (np.diff(t) > self.off) | (np.diff(member) != 0)]
         at = np.flatnonzero(begins)
         self.member, self.t, self.weight = member[at], t[at], np.maximum.reduceat(weight, at)
@@ -101,15 +108,19 @@ class Divisions:
         if kind == AFFINE:
             short = np.minimum(length, 1e15 * np.maximum(1.0, np.abs(begin)))
             near = np.where(short < length, np.maximum(1.0, np.abs(begin)), 0.25 * length)
-            x, dx = begin + near, 2.0 * near
-            one, other = of(member, x), of(member, x + dx)
+            x = begin + near
+            dx = 2.0 * near
+            one = of(member, x)
+            other = of(member, x + dx)
             slope = (other - one) / dx
             ends = one - slope * near, one + slope * (end - x)
             slack = 8 * EPS * np.maximum(np.abs(one), np.abs(other))
-            low, high = np.minimum(*ends) - slack, np.maximum(*ends) + slack
+            low = np.minimum(*ends) - slack
+            high = np.maximum(*ends) + slack
             low[slope == 0.0] = np.nan
             j, k, level = self._between(low, high, levels, begin)
-            member, t = member[j], x[j] + (level - one[j]) / slope[j]
+            member = member[j]
+            t = x[j] + (level - one[j]) / slope[j]
             t += 1e-3 * (x[j] + near[j] - t)  # once more from nearby, for the last digits
             t += (level - of(member, t)) / slope[j]
             return member, np.clip(t, begin[j], end[j]), k
@@ -123,11 +134,15 @@ class Divisions:
         at_ends = self._at_ends(of, levels)
         member = np.repeat(member, n)
         j, k, level = self._between(np.minimum(va, vb), np.maximum(va, vb), levels, a)
-        a, b, member, before = a[j], b[j], member[j], va[j] < level
+        a = a[j]
+        b = b[j]
+        member = member[j]
+        before = va[j] < level
         for _ in range(HALVINGS if len(j) else 0):
             middle = 0.5 * (a + b)
             same = (of(member, middle) < level) == before
-            a, b = np.where(same, middle, a), np.where(same, b, middle)
+            a = np.where(same, middle, a)
+            b = np.where(same, b, middle)
         return tuple(map(np.concatenate, zip((member, b, k), *at_ends, strict=True)))
 
     def _at_ends(self, of, levels):
@@ -143,9 +158,11 @@ class Divisions:
     def _between(self, low, high, levels, begin):
         """(interval, index of the level, level) of all levels in intervals of values."""
         good = np.isfinite(low) & np.isfinite(high)
-        low, high = np.where(good, low, 1.0), np.where(good, high, 0.0)
+        low = np.where(good, low, 1.0)
+        high = np.where(good, high, 0.0)
         if levels is None:
-            first, behind = np.ceil(low), np.floor(high) + 1.0
+            first = np.ceil(low)
+            behind = np.floor(high) + 1.0
         else:
             first = np.searchsorted(levels, low, "left").astype(float)
             behind = np.searchsorted(levels, high, "right").astype(float)
@@ -180,7 +197,8 @@ class Divisions:
 
     def _kind(self, node, kinds):
         """Divide the span where an operation switches; return the kind between the divisions."""
-        op, args = node.op, node.args
+        op = node.op
+        args = node.args
         if op == "t":
             return AFFINE
         if compares(node):
@@ -249,7 +267,8 @@ class Divisions:
         return kind if degree == 1 else ANY
 
     def _call(self, node, kinds):
-        name, args = node.op, node.args
+        name = node.op
+        args = node.args
         if name == "fmod":
             kind = kinds[0] if kinds[1] == CONSTANT else ANY
             self._integers(self._of(*args, by=np.divide), kind)

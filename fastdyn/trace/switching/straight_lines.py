@@ -54,7 +54,8 @@ class Grid(NamedTuple):
     def within(self, first, last, most):
         """The times from first to last, and their weights."""
         if self.knots is not None:
-            begin, end = self.knots.searchsorted(first), self.knots.searchsorted(last, "right")
+            begin = self.knots.searchsorted(first)
+            end = self.knots.searchsorted(last, "right")
             return self.knots[begin:end], None if self.weight is None else self.weight[begin:end]
         if not (self.slope and math.isfinite(self.slope) and math.isfinite(self.height)):
             return (), None
@@ -87,7 +88,10 @@ class StraightLines:
     """
 
     def __init__(self, graph, timed, rules, weigh):
-        self._graph, self._timed, self._rules, self._weigh = graph, timed, rules, weigh
+        self._graph = graph
+        self._timed = timed
+        self._rules = rules
+        self._weigh = weigh
         self._nodes = live([a for _, node in rules for a in node.args])  # lines and constants
         self.sure = all(rule == "zeros" for rule, _ in rules)
 
@@ -98,7 +102,8 @@ class StraightLines:
             for node in self._nodes:
                 of = [lines.get(a.key) for a in node.args]
                 lines[node.key] = self._line(node, of, values, varying or {})
-            zeros, grids = [], []
+            zeros = []
+            grids = []
             for rule, node in self._rules:
                 if rule == "zeros":
                     zeros.append(_crossing(*[lines[a.key] for a in node.args]))
@@ -112,22 +117,26 @@ class StraightLines:
         """The Candidates between two times; raises TooMany."""
         zeros, lines = grids
         off = ROUNDINGS * max(abs(t) for t in (first, last, 0.0) if abs(t) < FAR)
-        early, late = first - off, last + off
+        early = first - off
+        late = last + off
         if count > 1:
             t = np.array([np.broadcast_to(each, count) for each in zeros]).T
             member, place = np.nonzero((t >= early) & (t <= late))
             t = t[member, place]
             order = np.lexsort((t, member))
             return _sorted(member[order], t[order], None, (first, last), end, off, True, count)
-        t, weight = np.array(sorted([t for t in zeros if early <= t <= late])), None
+        t = np.array(sorted([t for t in zeros if early <= t <= late]))
+        weight = None
         found = [each for grid in lines if len((each := grid.within(early, late, most))[0])]
         if found:
             weight = [np.zeros(len(t)) if w is None else w for t, w in ((t, None), *found)]
-            t, weight = np.concatenate([t, *[t for t, _ in found]]), np.concatenate(weight)
+            t = np.concatenate([t, *[t for t, _ in found]])
+            weight = np.concatenate(weight)
             if len(t) > most:
                 raise TooMany(0.5 * (last - first))
             order = t.argsort()
-            t, weight = t[order], weight[order]
+            t = t[order]
+            weight = weight[order]
         elif not len(t):
             return Candidates(NO_MEMBERS, t, t, (NO_MEMBERS, t), (first, last), end, self.sure)
         return _sorted(None, t, weight, (first, last), end, off, self.sure)
@@ -142,7 +151,8 @@ class StraightLines:
             shift = 0.5 if node.op == "rint" else 0.0
             return Grid(None, None, float(height + shift), float(slope))
         data = contents(node, self._graph.tables, values)
-        knots, weight = np.asarray(data[0], float), None
+        knots = np.asarray(data[0], float)
+        weight = None
         if degree(node) > 1:
             heights = np.asarray(self._graph.compute(node, [knots], values), float)
             weight = self._weigh(knots, heights)
@@ -163,7 +173,8 @@ class StraightLines:
             return np.float64(values[node.data]) if found is None else found, 0.0
         if node.key not in self._timed:
             return self._graph.compute(node, [height for height, _ in of], values), 0.0
-        (a, slope), (b, other) = of[0], of[-1]
+        a, slope = of[0]
+        b, other = of[-1]
         if op == "neg":
             return -a, -slope
         if op == "add":
@@ -185,7 +196,9 @@ def _sorted(member, t, weight, span, end, off, sure, count=1):
     at_ends = member[near], np.where(early[near], first, last)
     if near.any():
         keep = ~near
-        member, t, weight = member[keep], t[keep], weight[keep]
+        member = member[keep]
+        t = t[keep]
+        weight = weight[keep]
         if len(at_ends[0]) > 1:
             at_ends = tuple(np.unique(np.array(at_ends), axis=1))
             at_ends = at_ends[0].astype(int), at_ends[1]
@@ -193,7 +206,9 @@ def _sorted(member, t, weight, span, end, off, sure, count=1):
         begins = np.r_[True, (t[1:] - t[:-1] > off) | (member[1:] != member[:-1])]
         if not begins.all():
             at = np.flatnonzero(begins)
-            member, t, weight = member[at], t[at], np.maximum.reduceat(weight, at)
+            member = member[at]
+            t = t[at]
+            weight = np.maximum.reduceat(weight, at)
     return Candidates(member, t, weight, at_ends, span, end, sure, count)
 
 
@@ -208,7 +223,8 @@ def straight_lines(graph, timed, seen, weigh):
     An elementary function of a line may turn anywhere, and divides the span for the decision which
     times matter: sines do at whole numbers, others have no formula here.
     """
-    kinds, rules = {}, []
+    kinds = {}
+    rules = []
     for node in live(seen):
         if node.key not in timed:
             continue

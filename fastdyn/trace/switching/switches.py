@@ -39,7 +39,10 @@ class Switches:
     """
 
     def __init__(self, graph, timed, seen, switching, differentiated, held):
-        self.graph, self.timed, self.seen, self.held = graph, timed, seen, held
+        self.graph = graph
+        self.timed = timed
+        self.seen = seen
+        self.held = held
         self.differentiated = np.array(differentiated, int)
         self.nodes = [node for node in live(switching) if node.key in timed]
         self.slots = _slots(graph, live(seen))
@@ -70,10 +73,13 @@ class Switches:
 
     def candidates(self, values, t0, tf, count=1, varying=None, most=None, grids=None):
         """The Candidates between t0 and tf; `grids` are known for these values."""
-        lines, most = self._lines, most or divisions.MOST
+        lines = self._lines
+        most = most or divisions.MOST
         if lines is None or (count > 1 and not lines.sure):
             return self._divided(values, t0, tf, count, varying or {}, most)
-        first, last, end = max(min(t0, tf), -FAR), min(max(t0, tf), FAR), tf
+        first = max(min(t0, tf), -FAR)
+        last = min(max(t0, tf), FAR)
+        end = tf
         grids = grids or lines.grids(values, varying)
         while True:
             try:
@@ -100,12 +106,15 @@ class Switches:
         moved = self.differentiated
         if not len(moved):
             return [values]
-        other, rng = np.array(values, float), np.random.default_rng(0)
+        other = np.array(values, float)
+        rng = np.random.default_rng(0)
         other[moved] += rng.uniform(1.0, 2.0, len(moved)) * (np.abs(other[moved]).max() or 1.0)
         return [values, other]
 
     def _divided(self, values, t0, tf, count, varying, most):
-        first, last, end = max(min(t0, tf), -FAR), min(max(t0, tf), FAR), tf
+        first = max(min(t0, tf), -FAR)
+        last = min(max(t0, tf), FAR)
+        end = tf
         while True:
             try:
                 return Divisions(self, values, varying, first, last, count, most).found(end)
@@ -162,13 +171,16 @@ def switches(graph, outputs, differentiated=(), held=()):
         depend on them.
     """
     read = {node.data: node for node in live(outputs) if node.op == "y"} if held else {}
-    slots, replaced = {}, {}
+    slots = {}
+    replaced = {}
     for i in [i for i in held if i in read]:
         slots[i] = len(graph.values)
         graph.values.extend(0.0)
         replaced[read[i].key] = graph.make("par", (), slots[i])
     outputs = forced(graph, outputs, {}, replaced) if replaced else outputs
-    timed, mixed, seen = set(), set(), {node.key: node for node in outputs}
+    timed = set()
+    mixed = set()
+    seen = {node.key: node for node in outputs}
     nodes = live(outputs)
     for node in nodes:
         if node.op in OF_STATE or any(a.key in mixed for a in node.args):

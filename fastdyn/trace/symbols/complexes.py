@@ -35,7 +35,8 @@ def _sum(a, b, like, minus=False):
 
 
 def _mul(x, y):
-    (a, b), (c, d) = _parts(x), _parts(y)
+    a, b = _parts(x)
+    c, d = _parts(y)
     like = x if x.many else y
     real = _sum(product(a, c), product(b, d), like, True)
     imag = _sum(product(a, d), product(b, c), like)
@@ -122,10 +123,8 @@ def _equal(x, y):
     return call("logical_and", *same)
 
 
-_sin, _cos = (
-    _by_angles("sin", "cosh", "cos", "sinh"),
-    _by_angles("cos", "cosh", "sin", "sinh", True),
-)
+_sin = _by_angles("sin", "cosh", "cos", "sinh")
+_cos = _by_angles("cos", "cosh", "sin", "sinh", True)
 _sinh = _by_angles("sinh", "cos", "cosh", "sin")
 _cosh = _by_angles("cosh", "cos", "sinh", "sin")
 FUNCTIONS: dict[str, Any] = {

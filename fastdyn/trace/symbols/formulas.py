@@ -14,7 +14,8 @@ class OnIds:
     """The graph as the rules of `operations` see it, with ids and arrays of ids for values."""
 
     def __init__(self, g):
-        self.g, self.tables = g, g.tables
+        self.g = g
+        self.tables = g.tables
 
     def const(self, value):
         return self.g.const(value).key

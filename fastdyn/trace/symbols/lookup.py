@@ -117,7 +117,8 @@ def _of_many(g, ids, i):
 
 
 def _selected(values, i) -> Any:
-    found, n = values[0], len(values)
+    found = values[0]
+    n = len(values)
     for k in range(1, n):
         here = call("logical_or", call("equal", i, k), call("equal", i, k - n))
         found = where(here, values[k], found)
@@ -155,7 +156,8 @@ def _by_elements(array, keys):
     of_arrays = [i for i, k in enumerate(keys) if not isinstance(k, slice)]
     g = array.g
     places = np.broadcast_arrays(*[symbol(g, keys[i]).ids for i in of_arrays])
-    shape, found = places[0].shape, []
+    shape = places[0].shape
+    found = []
     for element in zip(*[p.flat for p in places], strict=True):
         one: list[Any] = list(keys)
         for i, k in zip(of_arrays, element, strict=True):

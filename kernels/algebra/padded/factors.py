@@ -83,20 +83,24 @@ def _with_exchanges(a, pivots, n, floor):
 def _pivot(column, k, n):
     """The first row from k on with the largest absolute value of a column, and this value."""
     below = after(column, k)
-    p, largest = 0, abs(below[0])
+    p = 0
+    largest = abs(below[0])
     for i in range(1, n - k):
         size = abs(after(below, i)[0])
         if size > largest:
-            p, largest = i, size
+            p = i
+            largest = size
     return k + p, largest
 
 
 @njit(**INLINED)
 def _exchange(a, k, p, n, ld):
     """Exchange rows k and p."""
-    upper, lower = after(a, k), after(a, p)
+    upper = after(a, k)
+    lower = after(a, p)
     for j in range(n):
-        x, y = after(upper, j * ld), after(lower, j * ld)
+        x = after(upper, j * ld)
+        y = after(lower, j * ld)
         x[0], y[0] = y[0], x[0]
 
 
@@ -112,7 +116,8 @@ def _end(column, k, n):
 @njit(**INLINED)
 def _divide(column, first, end, pivot):
     """Divide rows of a column by the pivot."""
-    at, here = block_of(first), lanes_from(first)
+    at = block_of(first)
+    here = lanes_from(first)
     if abs(pivot) >= SMALLEST:
         scale = 1.0 / pivot
         keep_vector(FORM, column, at, vector_at(FORM, column, at) * select(here, scale, 1.0))
@@ -127,17 +132,21 @@ def _divide(column, first, end, pivot):
 @njit(**INLINED)
 def _update(a, column, k, end, n, ld):
     """Subtract products of column and row of a pivot, two columns at a time."""
-    here, first, odd = lanes_from(k + 1), block_of(k + 1), (n - k - 1) & 1
+    here = lanes_from(k + 1)
+    first = block_of(k + 1)
+    odd = (n - k - 1) & 1
     if odd:
         p = after(column, ld)
         subtract(p, column, k + 1, end, after(p, k)[0])
     for j in range(k + 1 + odd, n, 2):
         p = after(a, j * ld)
         q = after(p, ld)
-        x, y = after(p, k)[0], after(q, k)[0]
+        x = after(p, k)[0]
+        y = after(q, k)[0]
         if x != 0.0 or y != 0.0:
             factor = vector_at(FORM, column, first)
-            one, two = vector_at(FORM, p, first), vector_at(FORM, q, first)
+            one = vector_at(FORM, p, first)
+            two = vector_at(FORM, q, first)
             keep_vector(FORM, p, first, one - select(here, factor * x, 0.0))
             keep_vector(FORM, q, first, two - select(here, factor * y, 0.0))
             _subtract_both(p, q, column, first + WIDTH, end, x, y)
@@ -148,7 +157,8 @@ def _subtract_both(p, q, column, first, end, x, y):
     """Subtract multiples of a column from two others."""
     for i in range(first, end, WIDTH):
         factor = vector_at(FORM, column, i)
-        one, two = vector_at(FORM, p, i), vector_at(FORM, q, i)
+        one = vector_at(FORM, p, i)
+        two = vector_at(FORM, q, i)
         keep_vector(FORM, p, i, one - factor * x)
         keep_vector(FORM, q, i, two - factor * y)
 
@@ -184,11 +194,14 @@ def _update_below(a, column, k, end, scale, ld):
         subtract(after(a, j * ld), column, j, end, after(column, j)[0] * scale)
     for j in range(even, end - 1, 2):
         p = after(a, j * ld)
-        q, first = after(p, ld), block_of(j)
-        x, y = after(column, j)[0] * scale, after(column, j + 1)[0] * scale
+        q = after(p, ld)
+        first = block_of(j)
+        x = after(column, j)[0] * scale
+        y = after(column, j + 1)[0] * scale
         if x != 0.0 or y != 0.0:
             factor = vector_at(FORM, column, first)
-            one, two = vector_at(FORM, p, first), vector_at(FORM, q, first)
+            one = vector_at(FORM, p, first)
+            two = vector_at(FORM, q, first)
             keep_vector(FORM, p, first, one - select(lanes_from(j), factor * x, 0.0))
             keep_vector(FORM, q, first, two - select(lanes_from(j + 1), factor * y, 0.0))
             _subtract_both(p, q, column, first + WIDTH, end, x, y)

@@ -64,7 +64,8 @@ def _exchange_back(b, pivots):
 
 @njit(**INLINED)
 def _swap(b, k, pivot):
-    x, y = after(b, k), after(b, int(pivot if pivot >= 0.0 else BY_ROWS - pivot))
+    x = after(b, k)
+    y = after(b, int(pivot if pivot >= 0.0 else BY_ROWS - pivot))
     x[0], y[0] = y[0], x[0]
 
 
@@ -88,7 +89,9 @@ def _forward(a, b):
         x1 = y[1] - p[1] * x0
         x2 = y[2] - p[2] * x0 - q[2] * x1
         x3 = y[3] - p[3] * x0 - q[3] * x1 - r[3] * x2
-        y[1], y[2], y[3] = x1, x2, x3
+        y[1] = x1
+        y[2] = x2
+        y[3] = x3
         for i in range(WIDTH, ld - k, WIDTH):
             v = vector_at(FORM, y, i) - vector_at(FORM, p, i) * x0 - vector_at(FORM, q, i) * x1
             v = v - vector_at(FORM, r, i) * x2 - vector_at(FORM, s, i) * x3
@@ -106,7 +109,10 @@ def _backward(a, b):
         x2 = (y[2] - s[2] * x3) / r[2]
         x1 = (y[1] - s[1] * x3 - r[1] * x2) / q[1]
         x0 = (y[0] - s[0] * x3 - r[0] * x2 - q[0] * x1) / p[0]
-        y[0], y[1], y[2], y[3] = x0, x1, x2, x3
+        y[0] = x0
+        y[1] = x1
+        y[2] = x2
+        y[3] = x3
         for i in range(-WIDTH, -k - 1, -WIDTH):
             v = vector_at(FORM, y, i) - vector_at(FORM, s, i) * x3 - vector_at(FORM, r, i) * x2
             v = v - vector_at(FORM, q, i) * x1 - vector_at(FORM, p, i) * x0
@@ -118,11 +124,16 @@ def _products(columns, y, first, end):
     """The sums of y[i] and each of four columns, for i of first, ..., end - 1."""
     p, q, r, s = columns
     zero = vector_at(FORM, y, 0) * 0.0
-    d0, d1, d2, d3 = zero, zero, zero, zero
+    d0 = zero
+    d1 = zero
+    d2 = zero
+    d3 = zero
     for i in range(first, end, WIDTH):
         x = vector_at(FORM, y, i)
-        d0, d1 = d0 + vector_at(FORM, p, i) * x, d1 + vector_at(FORM, q, i) * x
-        d2, d3 = d2 + vector_at(FORM, r, i) * x, d3 + vector_at(FORM, s, i) * x
+        d0 = d0 + vector_at(FORM, p, i) * x
+        d1 = d1 + vector_at(FORM, q, i) * x
+        d2 = d2 + vector_at(FORM, r, i) * x
+        d3 = d3 + vector_at(FORM, s, i) * x
     sums = SUMS()
     keep_vector(FORM, sums, 0, d0)
     keep_vector(FORM, sums, WIDTH, d1)
@@ -149,7 +160,9 @@ def _forward_by_rows(a, b):
         x1 = (y[1] - d1 - q[0] * x0) / q[1]
         x2 = (y[2] - d2 - r[0] * x0 - r[1] * x1) / r[2]
         y[3] = (y[3] - d3 - s[0] * x0 - s[1] * x1 - s[2] * x2) / s[3]
-        y[0], y[1], y[2] = x0, x1, x2
+        y[0] = x0
+        y[1] = x1
+        y[2] = x2
 
 
 @njit(**INLINED)
@@ -180,4 +193,6 @@ def _above(columns, y, y0, y1, y2, y3, end):
     x2 = y2 - d2 - r[3] * x3
     x1 = y1 - d1 - q[3] * x3 - q[2] * x2
     y[0] = y0 - d0 - p[3] * x3 - p[2] * x2 - p[1] * x1
-    y[1], y[2], y[3] = x1, x2, x3
+    y[1] = x1
+    y[2] = x2
+    y[3] = x3

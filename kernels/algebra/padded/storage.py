@@ -6,7 +6,9 @@ columns: element (i, j) is number ``j leading(n) + i``.  A right-hand side is en
 
 WIDTH = 4
 # Kinds of matrices.  Rows of a scaled matrix are divided by their largest element.
-GENERAL, SYMMETRIC, SCALED = 0, 1, 2
+GENERAL = 0
+SYMMETRIC = 1
+SCALED = 2
 
 
 def leading(n):

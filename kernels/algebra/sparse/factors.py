@@ -50,7 +50,8 @@ def factors(pattern, numbers, f, x):
     for k in range(len(x)):
         for p in range(pattern.begins[k], pattern.begins[k + 1]):
             x[pattern.rows[p]] = numbers[pattern.places[p]]
-        last, most = f.u_begins[k + 1] - 1, 0.0
+        last = f.u_begins[k + 1] - 1
+        most = 0.0
         for p in range(f.u_begins[k], last):
             j = f.u_rows[p]
             f.upper[p] = weight = x[j]

@@ -28,7 +28,8 @@ POLYNOMIAL = np.array(
 )
 
 # Rows: a row whose first number is the order of the last step, and the differences.
-ORDER, D = K, K + 2
+ORDER = K
+D = K + 2
 SIZE = MAX_ORDER + 1
 matrix = scratch(SIZE * SIZE)
 

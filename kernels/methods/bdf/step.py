@@ -51,7 +51,8 @@ def _factorise(s, work, block, c):
 @njit(**INTERNAL)
 def _renew_jacobian(rhs, s, t, work, block, y):
     """The Jacobian at the state in row y; RUNNING, RAISED or BAD_JACOBIAN."""
-    s.current, s.factorised = 1, 0
+    s.current = 1
+    s.factorised = 0
     s.n_jacobians += not is_constant(block)
     if takes_slope(block) and not evaluate_row(rhs, t, work, y, CHANGE, block):
         return RAISED
@@ -116,7 +117,8 @@ def _solve_formula(rhs, s, t, work, block, h, tolerance):
     """The state at t, the end of a step of size h: (status, converged, iterations)."""
     order = s.order
     for i in range(work.shape[1]):
-        total, psi = work[D, i], 0.0
+        total = work[D, i]
+        psi = 0.0
         for j in range(1, order + 1):
             total += work[D + j, i]
             psi += work[D + j, i] * GAMMA[j]
@@ -143,15 +145,19 @@ def _norm(s, work, row, order):
 @njit(**INTERNAL)
 def _next_order(s, work, error, safety):
     """Choose order and size of the next steps, after order + 1 equal steps."""
-    order, best, chosen = s.order, error ** (-1.0 / (s.order + 1)), s.order
+    order = s.order
+    best = error ** (-1.0 / (s.order + 1))
+    chosen = s.order
     if order > 1:
         lower = _norm(s, work, D + order, order - 1) ** (-1.0 / order)
         if lower >= best:
-            best, chosen = lower, order - 1
+            best = lower
+            chosen = order - 1
     if order < MAX_ORDER:
         higher = _norm(s, work, D + order + 2, order + 1) ** (-1.0 / (order + 2))
         if higher > best:
-            best, chosen = higher, order + 1
+            best = higher
+            chosen = order + 1
     s.order = chosen
     s.h *= min(MAX_FACTOR, safety * best)
     s.n_equal = s.factorised = 0
@@ -170,7 +176,8 @@ def _go_on(s, work, t_new, h, error, safety):
         work[D + order + 1, i] = work[RISE, i]
         for j in range(order, -1, -1):
             work[D + j, i] += work[D + j + 1, i]
-    s.t_old, s.t = s.t, t_new
+    s.t_old = s.t
+    s.t = t_new
     s.n_equal += 1
     s.h = s.h_old = abs(h)
     s.error = error
@@ -188,7 +195,8 @@ def begin(rhs, state, work, block):
         status = first_step.implicit(state, work, block, 1, SLOPE - K)
         if status != RUNNING:
             return status
-    s.order, s.n_equal = 1, 0
+    s.order = 1
+    s.n_equal = 0
     for i in range(work.shape[1]):
         work[D, i] = work[Y, i]
         # f is not the slope of M y' = f
@@ -205,17 +213,20 @@ def begin(rhs, state, work, block):
 @njit(**INTERNAL)
 def step(rhs, state, work, block, h_min):
     """One step; see `implicit.kernel`."""
-    s, tolerance = state[0], newton_tolerance(work)
+    s = state[0]
+    tolerance = newton_tolerance(work)
     s.current = 1 if is_constant(block) else 0
     size = s.h_max if s.h > s.h_max else max(s.h, h_min)
     while size >= h_min:
         t_new = s.t + size * s.direction
         if s.direction * (t_new - s.t_end) > 0.0:
             t_new = s.t_end
-            size, s.factorised = abs(t_new - s.t), 0
+            size = abs(t_new - s.t)
+            s.factorised = 0
         if size != s.h_old:
             change_size(work, s.order, size / s.h_old)
-            s.h_old, s.n_equal = size, 0
+            s.h_old = size
+            s.n_equal = 0
         h = t_new - s.t
         size = s.h_old = abs(h)
         found = _solve_formula(rhs, s, t_new, work, block, h, tolerance)

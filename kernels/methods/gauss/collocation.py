@@ -61,7 +61,8 @@ def make_step(s, mu, ratio, b, c, nystrom=False, batched=False):
     @njit(**INLINED)
     def refined(work, k, count):
         """Stages of component k from its increments; the patience that the component needs."""
-        n, numbers = work.shape[1], numbers_of(work)
+        n = work.shape[1]
+        numbers = numbers_of(work)
         at = STAGES * n + k * s
         rise = product(mu, vector_at(stages, numbers, INCREMENTS * n + k * s))
         new = work[Y, k] + (work[LOW, k] + rise)
@@ -76,7 +77,8 @@ def make_step(s, mu, ratio, b, c, nystrom=False, batched=False):
     @njit(**INLINED)
     def step(rhs, t, h, first, form, work, block):
         """One step from row Y; (status, evaluations)."""
-        n, numbers = work.shape[1], numbers_of(work)
+        n = work.shape[1]
+        numbers = numbers_of(work)
         for k in range(n):
             work[CHANGE, k] = work[CHANGE + 1, k] = np.inf
             if not first:
@@ -119,9 +121,13 @@ def kernel(step, rhs, form):
     @njit(**INTERNAL)
     def loop(state, work, block, n_steps):
         s = state[0]
-        direction, t_end, t_stop, t_start = s.direction, s.t_end, s.t_stop, s.t_start
+        direction = s.direction
+        t_end = s.t_end
+        t_stop = s.t_stop
+        t_start = s.t_start
         h = direction * s.h
-        status, taken = RUNNING, 0
+        status = RUNNING
+        taken = 0
         if direction * (s.t - t_end) >= 0.0:
             return FINISHED
         while taken < n_steps:

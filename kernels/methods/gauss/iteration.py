@@ -50,7 +50,9 @@ def make_sweep(nystrom, s, weights, refined):
 
     @njit(**INLINED)
     def sweep(work, h, count):
-        n, numbers, patience = work.shape[1], numbers_of(work), 0
+        n = work.shape[1]
+        numbers = numbers_of(work)
+        patience = 0
         m = n // 2 if nystrom else 0
         for k in range(m, n):
             patience = max(patience, refined(work, k, count))
@@ -76,13 +78,15 @@ def make_evaluate(batched, nystrom, s, c, weight, weights):
 
     @njit(**INLINED)
     def evaluate(rhs, t, h, form, work, block):
-        n, numbers = work.shape[1], numbers_of(work)
+        n = work.shape[1]
+        numbers = numbers_of(work)
         found = INCREMENTS * n + (n // 2 * s if nystrom else 0)  # positions come first
         if batched:
             f = rhs(t + first_row(nodes) * h, fetch(form, work, STAGES), block, None)
             keep_increments(f, weights(h), numbers, found, s)
             return s
-        part, place = equation_part(form), equation_part(slot(form, work, STAGE))
+        part = equation_part(form)
+        place = equation_part(slot(form, work, STAGE))
         target = equation_part(slot(form, work, SLOPE))
         for i in range(s):
             u = stage_value(part, place, numbers, STAGES * n + i, s)

@@ -23,7 +23,8 @@ def exactly(function):
 
 def _legendre(n, x):
     """P_n and its derivative at x."""
-    before, p = Decimal(1), x
+    before = Decimal(1)
+    p = x
     for k in range(2, n + 1):
         before, p = p, ((2 * k - 1) * x * p - (k - 1) * before) / k
     return p, n * (x * p - before) / (x * x - 1)
@@ -34,7 +35,8 @@ def nodes_and_weights(s):
     """Nodes in [0, 1], ascending, and the weights."""
     import math
 
-    nodes, weights = [], []
+    nodes = []
+    weights = []
     for i in range(s):
         x = Decimal(-math.cos(math.pi * (i + 0.75) / (s + 0.5)))
         for _ in range(8):  # Newton: 16 digits, then 32, then all

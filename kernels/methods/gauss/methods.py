@@ -35,7 +35,8 @@ ITERATIONS = 12  # a guess, for an estimate of the time of a step
 
 def symplectic(s):
     """mu_ij = a_ij / b_j, rounded so that mu_ij + mu_ji = 1 holds exactly."""
-    a, (_, b) = legendre.collocation(s), legendre.nodes_and_weights(s)
+    a = legendre.collocation(s)
+    _, b = legendre.nodes_and_weights(s)
     mu = [[0.5] * s for _ in range(s)]
     for i in range(s):
         for j in range(i):
@@ -59,7 +60,8 @@ def energy_conserving(s, order):
 
 def extrapolation(s):
     """The matrix b_i l_j(1 + c_i) / b_j, which predicts L of the next step from L of this step."""
-    e, (_, b) = legendre.extrapolated(s), legendre.nodes_and_weights(s)
+    e = legendre.extrapolated(s)
+    _, b = legendre.nodes_and_weights(s)
     return [[float(b[i] * e[i][j] / b[j]) for j in range(s)] for i in range(s)]
 
 
@@ -82,7 +84,8 @@ def make_dense_rows(name, s, rows):
     rows = np.vstack([rows, np.zeros((max(0, 3 - len(rows)), s))])
 
     def dense_rows(rhs, t, h, work, block, d):
-        n, numbers = work.shape[1], numbers_of(work)
+        n = work.shape[1]
+        numbers = numbers_of(work)
         for c in range(n):
             for r in range(len(rows)):
                 total = 0.0

@@ -46,7 +46,8 @@ def change_step(s, factor):
         s.limited = 0
         bound = max(s.h * s.lipschitz, LEAST)
         if factor * bound * 1.00001 >= STABLE[s.order]:
-            factor, s.limited = STABLE[s.order] / bound, 1
+            factor = STABLE[s.order] / bound
+            s.limited = 1
     s.h *= factor
     s.drift *= factor
     s.wait = s.order + 1
@@ -59,8 +60,12 @@ def next_order(s, work, error, n_failed):
 
     `n_failed` counts the failures of the step.  The order rises only after an accepted step.
     """
-    order, family = s.order, s.stiff
-    same, lower, higher, bound = growth(error, order, 1.2), 0.0, 0.0, 0.0
+    order = s.order
+    family = s.stiff
+    same = growth(error, order, 1.2)
+    lower = 0.0
+    higher = 0.0
+    bound = 0.0
     if n_failed == 0 and order < highest(s, family):
         for i in range(work.shape[1]):
             work[FOUND, i] = work[CHANGE, i] - work[KEPT, i]
@@ -75,17 +80,21 @@ def next_order(s, work, error, n_failed):
         if order > 1:
             lower = min(lower, STABLE[order - 1] / bound)
         s.lipschitz_now = 0.0
-    chosen, factor = order, same
+    chosen = order
+    factor = same
     if same >= higher:
         if same < lower:
-            chosen, factor = order - 1, lower
+            chosen = order - 1
+            factor = lower
     elif higher > lower:
         if higher < LONGER:
             return 0.0
         _append_term(s, work)
-        chosen, factor = order + 1, higher
+        chosen = order + 1
+        factor = higher
     else:
-        chosen, factor = order - 1, lower
+        chosen = order - 1
+        factor = lower
     if chosen < order and n_failed > 0:
         factor = min(factor, 1.0)
     limited = family == ADAMS and factor * bound * 1.00001 >= STABLE[chosen]
@@ -122,7 +131,10 @@ def next_family(s, work, error, predicted):
     of_order = s, work, error, order
     factor = _to_bdf(*of_order, predicted) if s.stiff == 0 else _to_adams(*of_order, predicted)
     if factor > 0.0:
-        s.stiff, s.order, s.wait_family, s.lipschitz = family, order, WAIT, 0.0
+        s.stiff = family
+        s.order = order
+        s.wait_family = WAIT
+        s.lipschitz = 0.0
     return factor
 
 

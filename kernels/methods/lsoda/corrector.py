@@ -42,7 +42,8 @@ def _difference(rhs, s, t, work, block, h):
 
     Columns without a common row share an evaluation: RP-1327, equations (2.43) to (2.45).
     """
-    n, banded = work.shape[1], s.lband >= 0
+    n = work.shape[1]
+    banded = s.lband >= 0
     noise = 1000.0 * abs(h) * EPS * n * norm(work, RATE)
     if noise == 0.0:
         noise = 1.0
@@ -65,7 +66,8 @@ def _difference(rhs, s, t, work, block, h):
 @njit(**INTERNAL)
 def _jacobian(rhs, s, t, work, block, h):
     """The Jacobian at the predicted state, within its band; RUNNING, RAISED or BAD_JACOBIAN."""
-    n, banded = work.shape[1], s.lband >= 0
+    n = work.shape[1]
+    banded = s.lband >= 0
     s.n_jacobians += not is_constant(block)
     if block[JACOBIAN] != 0:
         status = evaluate_jacobian(s, t, work, Z, RATE, block, FACTOR, J)
@@ -101,11 +103,13 @@ def _sum_rows(s, work, block):
 
     The sum runs over the entries of a sparse Jacobian, or over the band.
     """
-    n, given = work.shape[1], block[JACOBIAN]
+    n = work.shape[1]
+    given = block[JACOBIAN]
     for i in range(n):
         work[FOUND, i] = 0.0
     if given != 0 and words_at(given)[GROUPS] > 0:
-        words, entries = words_at(given), entries_at(work, block, J)
+        words = words_at(given)
+        entries = entries_at(work, block, J)
         rows = FIRST + words[N_ENTRIES]
         begins = rows + words[N_ENTRIES]
         for j in range(n):
@@ -129,14 +133,17 @@ def _renew_matrix(rhs, s, t, work, block, h, c):
     _sum_rows(s, work, block)
     s.jacobian_norm = norm(work, FOUND)
     s.factorised = s.current = 1
-    s.drift, s.rate, s.age = 1.0, 0.7, 0
+    s.drift = 1.0
+    s.rate = 0.7
+    s.age = 0
     return RUNNING, factorise_sum(s, work, block, J, _factors(work, block), PIVOTS, -c, 1.0)
 
 
 @njit(**INTERNAL)
 def _change(s, work, block, h, l0):
     """One iteration; return the norm of the change.  Row RATE has the derivative."""
-    n, size = work.shape[1], 0.0
+    n = work.shape[1]
+    size = 0.0
     if s.stiff == 0:
         for i in range(n):
             change = h * work[RATE, i] - work[Z + 1, i]
@@ -161,7 +168,9 @@ def _iterate(rhs, s, t, work, block, h, predicted):
     order = s.order
     l0 = CORRECTION[s.stiff, order, 0]
     enough = SAME[s.stiff, order] * (0.5 / (order + 2))
-    fastest, before, size = 0.0, 0.0, 0.0
+    fastest = 0.0
+    before = 0.0
+    size = 0.0
     for i in range(work.shape[1]):
         work[CHANGE, i] = 0.0
     for k in range(ITERATIONS):

@@ -13,9 +13,12 @@ from .table import HIGHEST
 # the last step; the derivative; the Nordsieck array;
 # the correction of the last step, the correction of an earlier step; the state of an iteration and
 # its derivative; 1 / tolerance; factors of differences and two rows of work space; pivots.
-ORDER, SLOPE, Z = K, K + 1, K + 2
+ORDER = K
+SLOPE = K + 1
+Z = K + 2
 CHANGE, KEPT, RATE, TRIAL, WEIGHT, FACTOR, FOUND = (K + 15 + i for i in range(7))
-PIVOTS, N_ROWS = K + 23, 24
+PIVOTS = K + 23
+N_ROWS = 24
 J = K + N_ROWS  # the first row of the Jacobian; the factors of I - h l0 J lie behind the Jacobian
 
 
@@ -67,7 +70,9 @@ def dense_rows(rhs, t, h, work, block, d):
     The Nordsieck array has the coefficients of the powers of x - 1, with x = (t - t_old) / h.  The
     polynomial passes through the states at both ends of the step, if it has the order of the step.
     """
-    given, last, n = int(work[ORDER, 0]), HIGHEST[0], work.shape[1]
+    given = int(work[ORDER, 0])
+    last = HIGHEST[0]
+    n = work.shape[1]
     order = abs(given)
     for j in range(last + 1):
         for i in range(n):

@@ -79,8 +79,13 @@ def _begin(state, work, block):
         if status != RUNNING:
             return status
     s.stiff = int(s.highest_adams == 0)  # if the user wants BDF alone
-    s.order, s.rescale, s.l0 = 1, 1.0, 1.0
-    s.wait, s.wait_family, s.growth, s.rate = 2, WAIT, FIRST_GROWTH, 0.7
+    s.order = 1
+    s.rescale = 1.0
+    s.l0 = 1.0
+    s.wait = 2
+    s.wait_family = WAIT
+    s.growth = FIRST_GROWTH
+    s.rate = 0.7
     s.was_stiff = s.stiff  # BDF if steps of BDF were taken back: see `output/borders.py`
     s.limited = s.factorised = s.age = s.n_standing = 0
     s.t_switched = s.t_start
@@ -100,12 +105,14 @@ def _prepare(s, work):
         rescale(work, s.order, s.rescale)
         s.rescale = 1.0
     limit = s.t_limit if s.passes_end else s.t_end
-    chosen, room = s.h, abs(limit - s.t)
+    chosen = s.h
+    room = abs(limit - s.t)
     beyond = s.direction * (s.t + s.direction * s.h * (1.0 + 4.0 * EPS) - limit)
     if beyond > 0.0 and abs(limit) < np.inf:
         chosen = room * (1.0 - 4.0 * EPS)
     if s.stiff != s.was_stiff:
-        s.factorised, s.wait = 0, s.order + 1
+        s.factorised = 0
+        s.wait = s.order + 1
         load_formula(s)
     if chosen != s.h:
         rescale(work, s.order, change_step(s, chosen / s.h))
@@ -127,7 +134,8 @@ def _restart(rhs, s, work, block):
         return False
     for i in range(work.shape[1]):
         work[Z + 1, i] = s.h * s.direction * work[RATE, i]
-    s.factorised, s.wait = 0, 5
+    s.factorised = 0
+    s.wait = 5
     if s.order > 1:
         s.order = 1
         load_formula(s)
@@ -137,7 +145,8 @@ def _restart(rhs, s, work, block):
 @njit(**INTERNAL)
 def _go_on(s, work, t_new, error, predicted):
     """Accept a step, and choose the next."""
-    order, n = s.order, work.shape[1]
+    order = s.order
+    n = work.shape[1]
     for j in range(order + 1):
         for i in range(n):
             work[Z + j, i] += CORRECTION[s.stiff, order, j] * work[CHANGE, i]
@@ -146,8 +155,12 @@ def _go_on(s, work, t_new, error, predicted):
     h = s.h * s.direction
     for i in range(n):
         work[SLOPE, i] = work[Z + 1, i] / h
-    s.t_old, s.t, s.h_old, s.error = s.t, t_new, s.h, error
-    s.was_stiff, s.n_equal = s.stiff, order
+    s.t_old = s.t
+    s.t = t_new
+    s.h_old = s.h
+    s.error = error
+    s.was_stiff = s.stiff
+    s.n_equal = order
     s.age += 1
     s.wait_family -= 1
     s.wait -= 1
@@ -190,7 +203,8 @@ def step(rhs, state, work, block, h_min):
         h = s.h * s.direction
         t_new = s.t + h
         if t_new != s.t or s.h > 2.0 * s.h_standing:
-            s.n_standing, s.h_standing = 0, s.h
+            s.n_standing = 0
+            s.h_standing = s.h
         s.n_standing += t_new == s.t
         hopeless = n_failed + n_unsolved > 0 or s.h >= s.h_max
         if s.n_standing > (0 if hopeless else MOST_STANDING):
@@ -207,7 +221,8 @@ def step(rhs, state, work, block, h_min):
             return RUNNING
         retract(work, s.order)
         s.n_rejected += 1
-        s.growth, s.error = SHRUNK_GROWTH, error
+        s.growth = SHRUNK_GROWTH
+        s.error = error
         n_failed += converged
         n_unsolved += not converged
         shortest = s.h <= s.h_least * 1.00001

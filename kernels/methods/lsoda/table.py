@@ -11,7 +11,8 @@ from fractions import Fraction
 
 import numpy as np
 
-ADAMS, BDF = 0, 1
+ADAMS = 0
+BDF = 1
 HIGHEST = 12, 5  # orders of the two families
 
 

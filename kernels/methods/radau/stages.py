@@ -20,7 +20,8 @@ from ...stepping.jacobian import evaluate_jacobian, is_constant
 ROOT = 6**0.5
 C = ((4 - ROOT) / 10, (4 + ROOT) / 10, 1.0)
 REAL = 3 + 3 ** (2 / 3) - 3 ** (1 / 3)  # the eigenvalues of A^-1: REAL, and a complex pair
-ALPHA, BETA = 3 + 0.5 * (3 ** (1 / 3) - 3 ** (2 / 3)), -0.5 * (3 ** (5 / 6) + 3 ** (7 / 6))
+ALPHA = 3 + 0.5 * (3 ** (1 / 3) - 3 ** (2 / 3))
+BETA = -0.5 * (3 ** (5 / 6) + 3 ** (7 / 6))
 T = np.array(
     [
         [0.09443876248897524, -0.14125529502095421, 0.03002919410514742],
@@ -58,7 +59,9 @@ J = K + N_ROWS  # the first row of the Jacobian; behind lie the factors of both 
 def _transform(m, work, given, found):
     """The three rows `found` as the matrix m times the three rows `given`."""
     for i in range(work.shape[1]):
-        a, b, c = work[given, i], work[given + 1, i], work[given + 2, i]
+        a = work[given, i]
+        b = work[given + 1, i]
+        c = work[given + 2, i]
         for r in range(3):
             work[found + r, i] = m[r, 0] * a + m[r, 1] * b + m[r, 2] * c
 
@@ -90,7 +93,9 @@ def _subtract_products(work, block, real, alpha, beta):
     """From the rows D, subtract M times multiples of W."""
     for r in range(3):
         for i in range(work.shape[1]):
-            a, u, v = work[W, i], work[W + 1, i], work[W + 2, i]
+            a = work[W, i]
+            u = work[W + 1, i]
+            v = work[W + 2, i]
             times = real * a if r == 0 else alpha * u - beta * v if r == 1 else alpha * v + beta * u
             work[STAGE, i] = -times
         add_product(block[MASS], work[STAGE], work[D + r])
@@ -100,13 +105,16 @@ def _subtract_products(work, block, real, alpha, beta):
 def _newton_change(s, work, block, h):
     """Replace the derivatives at the stages, in the rows D, by the change of W."""
     n = work.shape[1]
-    real, alpha, beta = REAL / h, ALPHA / h, BETA / h
+    real = REAL / h
+    alpha = ALPHA / h
+    beta = BETA / h
     _transform(INVERSE, work, D, D)
     if block[MASS] != 0:
         _subtract_products(work, block, real, alpha, beta)
     else:
         for i in range(n):
-            u, v = work[W + 1, i], work[W + 2, i]
+            u = work[W + 1, i]
+            v = work[W + 2, i]
             work[D, i] -= real * work[W, i]
             work[D + 1, i] -= alpha * u - beta * v
             work[D + 2, i] -= alpha * v + beta * u
@@ -167,7 +175,9 @@ def _predict(s, work, h):
     h_old = s.t - s.t_old
     for i in range(work.shape[1]):
         behind = work[Y_OLD, i] - work[Y, i]
-        q0, q1, q2 = work[Q, i], work[Q + 1, i], work[Q + 2, i]
+        q0 = work[Q, i]
+        q1 = work[Q + 1, i]
+        q2 = work[Q + 2, i]
         for r in range(3):
             work[Z + r, i] = 0.0
             if s.n_equal > 0:
@@ -178,7 +188,8 @@ def _predict(s, work, h):
 @njit(**INTERNAL)
 def renew_jacobian(rhs, s, work, block):
     """The Jacobian at the present state; RUNNING, RAISED or BAD_JACOBIAN."""
-    s.current, s.factorised = 1, 0
+    s.current = 1
+    s.factorised = 0
     s.n_jacobians += not is_constant(block)
     status = evaluate_jacobian(s, s.t, work, Y, SLOPE, block, FACTOR, J)
     if block[MASS] != 0:

@@ -53,7 +53,8 @@ def _error(s, work, block):
     solve_real(s, work, block, ERROR)
     if s.pairs:
         for i in range(0, n, 2):
-            re, im = work[Y, i] + work[Z + 2, i], work[Y, i + 1] + work[Z + 2, i + 1]
+            re = work[Y, i] + work[Z + 2, i]
+            im = work[Y, i + 1] + work[Z + 2, i + 1]
             work[STAGE, i] = max(np.hypot(work[Y, i], work[Y, i + 1]), np.hypot(re, im))
             work[STAGE, i + 1] = 0.0
     else:
@@ -101,17 +102,21 @@ def _factor(h, h_old, error, error_old):
 def _go_on(rhs, s, work, block, t_new, size, factor, error, n_iterations, rate):
     """Accept a step; RUNNING, RAISED or BAD_JACOBIAN."""
     for i in range(work.shape[1]):
-        a, b, c = work[Z, i], work[Z + 1, i], work[Z + 2, i]
+        a = work[Z, i]
+        b = work[Z + 1, i]
+        c = work[Z + 2, i]
         for r in range(3):
             work[Q + r, i] = P[0, r] * a + P[1, r] * b + P[2, r] * c
         work[Y_OLD, i] = work[Y, i]
         work[Y, i] += c
-    s.t_old, s.t = s.t, t_new
+    s.t_old = s.t
+    s.t = t_new
     s.n_equal += 1
     s.n_extra += 1
     if not evaluate_row(rhs, t_new, work, Y, SLOPE, block):
         return RAISED
-    status, varies = RUNNING, not is_constant(block)
+    status = RUNNING
+    varies = not is_constant(block)
     renew = varies and n_iterations > 2 and rate > 1e-3
     factor = min(MAX_FACTOR, factor)
     if not renew and factor < 1.2:
@@ -122,7 +127,9 @@ def _go_on(rhs, s, work, block, t_new, size, factor, error, n_iterations, rate):
         s.current = 0
     if renew:
         status = renew_jacobian(rhs, s, work, block)
-    s.h_old, s.error, s.h = s.h, error, size * factor
+    s.h_old = s.h
+    s.error = error
+    s.h = size * factor
     return status
 
 
@@ -130,7 +137,9 @@ def _go_on(rhs, s, work, block, t_new, size, factor, error, n_iterations, rate):
 def begin(rhs, state, work, block):
     """Begin with a Jacobian and without a past; see `implicit.kernel`."""
     s = state[0]
-    s.order, s.n_equal, s.h_old = 5, 0, 0.0
+    s.order = 5
+    s.n_equal = 0
+    s.h_old = 0.0
     clear_matrix(work, block, J)
     if block[MASS] != 0:
         first_factors(work, FACTOR)
@@ -140,14 +149,20 @@ def begin(rhs, state, work, block):
 @njit(**INTERNAL)
 def step(rhs, state, work, block, h_min):
     """One step; see `implicit.kernel`."""
-    s, status, tolerance = state[0], RUNNING, newton_tolerance(work)
-    size, h_old, rejected = s.h, s.h_old, False
+    s = state[0]
+    status = RUNNING
+    tolerance = newton_tolerance(work)
+    size = s.h
+    h_old = s.h_old
+    rejected = False
     if size > s.h_max or size < h_min:
-        size, h_old = s.h_max if size > s.h_max else h_min, 0.0
+        size = s.h_max if size > s.h_max else h_min
+        h_old = 0.0
     while status == RUNNING:
         if size < h_min:
             return STEP_TOO_SMALL
-        t_new, wanted = s.t + size * s.direction, size
+        t_new = s.t + size * s.direction
+        wanted = size
         if s.direction * (t_new - s.t_end) > 0.0:
             t_new = s.t_end
         h = t_new - s.t
@@ -173,7 +188,8 @@ def step(rhs, state, work, block, h_min):
                 s.h = max(s.h, wanted)
             return status
         size *= max(MIN_FACTOR, factor)
-        s.factorised, rejected = 0, True
+        s.factorised = 0
+        rejected = True
         s.n_rejected += 1
     return status
 

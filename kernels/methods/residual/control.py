@@ -35,7 +35,10 @@ def order_below(rows, order, v):
     order - 1), with the terms of the Taylor series.
     """
     error = v[SIGMA + order] * norm(rows, RISE, RISE, 0.0, PHI)
-    term, lower_error, lower_term, falls = (order + 1) * error, 0.0, 0.0, False
+    term = (order + 1) * error
+    lower_error = 0.0
+    lower_term = 0.0
+    falls = False
     if order > 1:
         size = norm(rows, RISE, PHI + order, v[BETA + order], PHI)
         lower_error = v[SIGMA + order - 1] * size
@@ -52,7 +55,8 @@ def order_below(rows, order, v):
 @njit(**INTERNAL)
 def _lowest_term(rows, order, v):
     """The term of the series two orders below."""
-    total, above = 0.0, PHI + order
+    total = 0.0
+    above = PHI + order
     for i in range(rows.shape[1]):
         x = rows[RISE, i] + v[BETA + order] * rows[above, i]
         x = (x + v[BETA + order - 1] * rows[above - 1, i]) * rows[WEIGHT, i]
@@ -69,7 +73,8 @@ def _growth(error, order):
 @njit(**INTERNAL)
 def after_failures(s, below, n_failed):
     """Choose the order after rejected steps; return the factor of the size."""
-    chosen, error = below[0], below[1]
+    chosen = below[0]
+    error = below[1]
     s.order = chosen if n_failed <= 2 else 1
     if n_failed > 1:
         return LEAST_AGAIN
@@ -79,7 +84,8 @@ def after_failures(s, below, n_failed):
 @njit(**INTERNAL)
 def next_order_and_size(s, rows, below, v):
     """Choose order and size of the next step, and add the last step to the past."""
-    order, before = s.order, int(rows[USED, 0])
+    order = s.order
+    before = int(rows[USED, 0])
     chosen, error, term, lower_error, lower_term = below
     if chosen < order or order == MAX_ORDER:
         rows[CLIMBS, 0] = 0.0
@@ -94,9 +100,11 @@ def next_order_and_size(s, rows, below, v):
         higher_error = norm(rows, RISE, RISE, 0.0, PHI + order + 1) / (order + 2)
         higher_term = (order + 2) * higher_error
         if order > 1 and lower_term <= min(term, higher_term):
-            chosen, error = order - 1, lower_error
+            chosen = order - 1
+            error = lower_error
         elif higher_term < (0.5 * term if order == 1 else term):
-            chosen, error = order + 1, higher_error
+            chosen = order + 1
+            error = higher_error
     s.order = chosen
     growth = _growth(error, chosen)
     if growth >= DOUBLE:

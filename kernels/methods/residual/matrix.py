@@ -43,7 +43,9 @@ from .past import (
 )
 
 N_STATE, N_RATE = TIME, FAULT  # words with the numbers of entries of dF/dy and of dF/dy'
-BELOW, ABOVE, PLACES = FIRST, FIRST + 1, FIRST + 2
+BELOW = FIRST
+ABOVE = FIRST + 1
+PLACES = FIRST + 2
 STEP = float(np.sqrt(np.finfo(float).eps))
 
 
@@ -56,7 +58,8 @@ def factors_at(block, rows):
 def clear(s, block, rows):
     """Fill the band of the matrix with zeros, and store the bandwidths."""
     words = words_at(block[JACOBIAN])
-    s.lower, s.upper = words[BELOW], words[ABOVE]
+    s.lower = words[BELOW]
+    s.upper = words[ABOVE]
     for r in range(J, factors_at(block, rows)):
         for i in range(rows.shape[1]):
             rows[r, i] = 0.0
@@ -91,8 +94,11 @@ def renew(rhs, s, t, c, work, block):
 @njit(**INTERNAL)
 def _add_entries(t, c, work, block, rows):
     """Add the exact entries to the matrix; BAD_JACOBIAN if an entry is not finite."""
-    words, matrix = words_at(block[JACOBIAN]), matrix_at(rows, block, J)
-    m, n_state, n_rate = words[N_ENTRIES], words[N_STATE], words[N_RATE]
+    words = words_at(block[JACOBIAN])
+    matrix = matrix_at(rows, block, J)
+    m = words[N_ENTRIES]
+    n_state = words[N_STATE]
+    n_rate = words[N_RATE]
     entries = numbers_from(rows, factors_at(block, rows), 0)
     call_with(words[ADDRESS], address_of(block), t, slot(None, work, STAGE), entries)
     to = PLACES + 2 * m + 2 * rows.shape[1] + 1
@@ -109,9 +115,12 @@ def _add_entries(t, c, work, block, rows):
 @njit(**INTERNAL)
 def _differences(rhs, s, t, c, work, block, rows):
     """Fill the matrix by forward differences, one for each group; RUNNING or a failure."""
-    words, matrix = words_at(block[JACOBIAN]), matrix_at(rows, block, J)
-    m, n = words[N_ENTRIES], rows.shape[1]
-    begins, groups = PLACES + 2 * m, PLACES + 2 * m + n + 1
+    words = words_at(block[JACOBIAN])
+    matrix = matrix_at(rows, block, J)
+    m = words[N_ENTRIES]
+    n = rows.shape[1]
+    begins = PLACES + 2 * m
+    groups = PLACES + 2 * m + n + 1
     if not evaluate_row(rhs, t, work, STAGE, FOUND, block):
         return RAISED
     copy_row(rows[RESIDUAL], rows[FREE])
@@ -141,7 +150,8 @@ def _differences(rhs, s, t, c, work, block, rows):
 @njit(**INLINED)
 def _increment(rows, c, j):
     """The displacement of component j, in the direction of its derivative."""
-    here, rate = rows[PREDICTED, j], rows[PREDICTED_RATE, j] / c
+    here = rows[PREDICTED, j]
+    rate = rows[PREDICTED_RATE, j] / c
     step = STEP * max(abs(here), abs(rate), 1.0 / rows[WEIGHT, j])
     step = -step if rate < 0.0 else step
     return (here + step) - here

@@ -21,11 +21,19 @@ MAX_ORDER = 5
 SIZE = MAX_ORDER + 1
 
 # Whole rows of the work array: the derivative of the state (and zeros), the residual (and zeros).
-SLOPE, FOUND = K, K + 1
+SLOPE = K
+FOUND = K + 1
 # Rows of n numbers: the state and its derivative; the state before; the state and the derivative of
 # a trial; tolerances; the derivative; the residual.
-STATE, RATE, STATE_OLD, TRIAL, TRIAL_RATE = 2 * Y, 2 * Y + 1, 2 * Y_OLD, 2 * STAGE, 2 * STAGE + 1
-RELATIVE, ABSOLUTE, SLOPES, RESIDUAL = 2 * RTOL, 2 * ATOL, 2 * SLOPE, 2 * FOUND
+STATE = 2 * Y
+RATE = 2 * Y + 1
+STATE_OLD = 2 * Y_OLD
+TRIAL = 2 * STAGE
+TRIAL_RATE = 2 * STAGE + 1
+RELATIVE = 2 * RTOL
+ABSOLUTE = 2 * ATOL
+SLOPES = 2 * SLOPE
+RESIDUAL = 2 * FOUND
 # The divided differences PHI[j]; the predicted state and its derivative; the change of the state in
 # one iteration, the change in all iterations; 1 / tolerance; pivots; a free row.
 PHI = 2 * (K + 2)
@@ -52,8 +60,13 @@ def in_halves(work):
 @njit(**INLINED)
 def fill_coefficients(rows, order, h, v):
     """The coefficients of a step of signed size h, in `v`: (d y' / d y, factor of the error)."""
-    v[ALPHA], v[BETA], v[GAMMA], v[SIGMA] = 1.0, 1.0, 0.0, 1.0
-    distance, leading, alpha_sum = h, 0.0, 0.0
+    v[ALPHA] = 1.0
+    v[BETA] = 1.0
+    v[GAMMA] = 0.0
+    v[SIGMA] = 1.0
+    distance = h
+    leading = 0.0
+    alpha_sum = 0.0
     for i in range(1, order + 1):
         before = rows[PSI + i - 1, 0]
         v[NEW_PSI + i - 1] = distance
@@ -72,12 +85,14 @@ def fill_coefficients(rows, order, h, v):
 def predict(rows, order, v):
     """Evaluate the polynomial of the past, and its derivative, at the end of the step."""
     for i in range(rows.shape[1]):
-        state, rate = rows[PHI, i], 0.0
+        state = rows[PHI, i]
+        rate = 0.0
         for j in range(1, order + 1):
             difference = v[BETA + j] * rows[PHI + j, i]
             state += difference
             rate += v[GAMMA + j] * difference
-        rows[PREDICTED, i], rows[PREDICTED_RATE, i] = state, rate
+        rows[PREDICTED, i] = state
+        rows[PREDICTED_RATE, i] = rate
 
 
 @njit(**INLINED)
@@ -115,11 +130,14 @@ def remember(rows, order, v):
 @njit(**INLINED)
 def dense_rows(rhs, t, h, work, block, d):
     """The polynomial through the last states, and its derivative; 0 evaluations."""
-    rows, c = in_halves(work), powers()
-    order, n = int(rows[USED, 0]), rows.shape[1]
+    rows = in_halves(work)
+    c = powers()
+    order = int(rows[USED, 0])
+    n = rows.shape[1]
     for e in range(SIZE * SIZE):
         c[e] = 0.0
-    c[0], distance = 1.0, 0.0
+    c[0] = 1.0
+    distance = 0.0
     for j in range(1, order + 1):  # times (h u + distance) / PSI, in powers of u = x - 1
         psi = rows[PSI + j - 1, 0]
         for m in range(j + 1):
@@ -131,7 +149,8 @@ def dense_rows(rhs, t, h, work, block, d):
             total = 0.0
             for j in range(m, order + 1):
                 total += c[j * SIZE + m] * rows[PHI + j, i]
-            d[m, i], d[m, n + i] = total, 0.0
+            d[m, i] = total
+            d[m, n + i] = 0.0
             if m > 0:
                 d[m - 1, n + i] = m * total / h
     nest(d, order)

@@ -85,8 +85,12 @@ def start(state, work, block, order, fsal_stage):
 @njit(**INTERNAL)
 def begin(rhs, state, work, block):
     """Begin with order 1; see `implicit.kernel`."""
-    s, rows = state[0], in_halves(work)
-    s.order, rows[USED, 0], rows[CLIMBS, 0], rows[BOUND, 0] = 1, 0.0, 1.0, FRESH
+    s = state[0]
+    rows = in_halves(work)
+    s.order = 1
+    rows[USED, 0] = 0.0
+    rows[CLIMBS, 0] = 1.0
+    rows[BOUND, 0] = FRESH
     clear(s, block, rows)
     if not weigh(rows, STATE, WEIGHT, RELATIVE, ABSOLUTE):
         return NO_TOLERANCE
@@ -104,7 +108,9 @@ def begin(rhs, state, work, block):
 def _iterate(rhs, s, t, c, work, block):
     """Newton's iteration from the predicted state: RUNNING, NOT_CONVERGED or RAISED."""
     rows = in_halves(work)
-    n, factors, ratio = rows.shape[1], factors_at(block, rows), c / rows[FACTORED, 0]
+    n = rows.shape[1]
+    factors = factors_at(block, rows)
+    ratio = c / rows[FACTORED, 0]
     for i in range(n):
         rows[RISE, i] = 0.0
         rows[TRIAL, i], rows[TRIAL_RATE, i] = rows[PREDICTED, i], rows[PREDICTED_RATE, i]
@@ -159,11 +165,14 @@ def _solve_formula(rhs, s, t, c, work, block):
 @njit(**INTERNAL)
 def step(rhs, state, work, block, h_min):
     """One step; see `implicit.kernel`."""
-    s, rows, v = state[0], in_halves(work), coefficients()
+    s = state[0]
+    rows = in_halves(work)
+    v = coefficients()
     if not weigh(rows, STATE, WEIGHT, RELATIVE, ABSOLUTE):
         return NO_TOLERANCE
     size = s.h_max if s.h > s.h_max else max(s.h, h_min)
-    n_failed, last = 0, STEP_TOO_SMALL
+    n_failed = 0
+    last = STEP_TOO_SMALL
     while size >= h_min:
         t_new = s.t + size * s.direction
         if s.direction * (t_new - s.t_end) > 0.0:
@@ -179,7 +188,8 @@ def step(rhs, state, work, block, h_min):
         if status == RAISED or block[RAISED_WORD] != 0:
             return RAISED
         if status != RUNNING:
-            last, rows[CLIMBS, 0] = status, 0.0
+            last = status
+            rows[CLIMBS, 0] = 0.0
             s.n_rejected += 1
             size *= 0.25
             continue
@@ -190,7 +200,8 @@ def step(rhs, state, work, block, h_min):
             next_order_and_size(s, rows, below, v)
             return RUNNING
         n_failed += 1
-        last, rows[CLIMBS, 0] = STEP_TOO_SMALL, 0.0
+        last = STEP_TOO_SMALL
+        rows[CLIMBS, 0] = 0.0
         s.n_rejected += 1
         size *= after_failures(s, below, n_failed)
     return last
@@ -212,7 +223,9 @@ def _accept(s, work, rows, t_new, size):
     copy_row(rows[RATE], rows[SLOPES])
     equal = size == s.h_old and s.order == int(rows[USED, 0])
     s.n_equal = min((s.n_equal if equal else 0) + 1, int(rows[USED, 0]) + 2)
-    s.t_old, s.t, s.h_old = s.t, t_new, size
+    s.t_old = s.t
+    s.t = t_new
+    s.h_old = size
 
 
 RESIDUAL_BDF = implicit(

@@ -26,7 +26,8 @@ def _time_difference(rhs, s, work, block):
     The difference takes one evaluation if f does not change, else two.
     """
     dt = s.direction * max(3e-5 * s.h, 4.0 * spacing(s.t, s.direction))
-    near, far = s.t + dt, s.t + 2.0 * dt
+    near = s.t + dt
+    far = s.t + 2.0 * dt
     s.n_extra += 1
     if not evaluate_row(rhs, near, work, Y, TIME, block):
         return False
@@ -38,7 +39,8 @@ def _time_difference(rhs, s, work, block):
         s.n_extra += 1
         if not evaluate_row(rhs, far, work, Y, TIME, block):
             return False
-    a, b = near - s.t, far - s.t
+    a = near - s.t
+    b = far - s.t
     for i in range(work.shape[1]):
         rise = work[TIME, i] - work[SLOPE, i]
         work[TIME, i] = (b * b * work[SUM, i] - a * a * rise) / (a * b * (b - a))
@@ -48,7 +50,8 @@ def _time_difference(rhs, s, work, block):
 @njit(**INTERNAL)
 def derive(rhs, s, work, block):
     """The Jacobian and the time derivative at the present state; RUNNING or a failure."""
-    n, given = work.shape[1], block[JACOBIAN]
+    n = work.shape[1]
+    given = block[JACOBIAN]
     if s.order == 0:
         clear_matrix(work, block, J)
         first_factors(work, FACTOR)

@@ -79,7 +79,8 @@ def _make_with_time(slope, timed):
 
 
 def _make_first_stage(solve, timed):
-    with_time, b = _make_with_time(GAMMA, timed), END.floats[0]
+    with_time = _make_with_time(GAMMA, timed)
+    b = END.floats[0]
 
     @njit(**INLINED)
     def stages(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged):
@@ -111,7 +112,9 @@ def _and_stage(before, i, solve, timed, add_product):
     b_j (f_j + h slope_j df/dt).
     """
     state, with_time = _make_state(i), _make_with_time(SLOPES.floats[i], timed)
-    c, time, b = C[i - 1], TIMES.floats[i - 1], END.floats[i]
+    c = C[i - 1]
+    time = TIMES.floats[i - 1]
+    b = END.floats[i]
 
     @njit(**INLINED)
     def stages(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged):
@@ -127,7 +130,8 @@ def _and_stage(before, i, solve, timed, add_product):
 
 def _and_last_stage(before, solve, multiply, add_product):
     """A function that solves for all stages; for the last stage see `step.py`."""
-    state, time = _make_state(N_STAGES - 1), TIMES.floats[-1]
+    state = _make_state(N_STAGES - 1)
+    time = TIMES.floats[-1]
 
     @njit(**INLINED)
     def stages(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged):
@@ -153,9 +157,11 @@ def _make_stages(solve, multiply, timed, add_product):
 def _make_step(derivatives, form):
     """The step for `lanes.adaptive`; its error is negative in lanes with a non-finite number."""
     width, n_entries = form.value.dtype.width, len(derivatives.rows)
-    places, mass = (derivatives.rows, derivatives.columns), derivatives.mass
+    places = (derivatives.rows, derivatives.columns)
+    mass = derivatives.mass
     room, factorise, solve = make_elimination(*places, form, mass)
-    numbers_of_mass, add_product = _without_mass, _add_to
+    numbers_of_mass = _without_mass
+    add_product = _add_to
     if mass is not None:
         numbers_of_mass = make_numbers(len(mass[0]), form)
         add_product = make_mass_product(*mass, form)
@@ -164,8 +170,10 @@ def _make_step(derivatives, form):
 
     @njit(**INLINED)
     def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
-        found, factors = derive(t, y, block, None), rows_on_stack(room, width)
-        jacobian, by_time = found[:n_entries], found[n_entries:]
+        found = derive(t, y, block, None)
+        factors = rows_on_stack(room, width)
+        jacobian = found[:n_entries]
+        by_time = found[n_entries:]
         exchanged = factorise(factors, jacobian, 1.0 / (h * GAMMA), numbers_of_mass(block))
         u, last = stages(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged)
         y_new = _sum(last, u[-1])
@@ -180,7 +188,8 @@ def _make_step(derivatives, form):
 
 def kernel(rhs, form, extrema, watched, accumulated, derivatives):
     """The loop of `lanes.adaptive` around `rhs` and its `method.Derivatives`."""
-    step, counted = _make_step(derivatives, form), (TRIED, ACCEPTED)
+    step = _make_step(derivatives, form)
+    counted = (TRIED, ACCEPTED)
     return lanes.adaptive(
         step, SCIPY, -0.2, SLOPE - K, rhs, form, extrema, watched, accumulated, counted
     )

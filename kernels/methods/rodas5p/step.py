@@ -38,7 +38,9 @@ def _solve_stage(s, work, block, i, slope, b):
 
     b times the derivative, with its term in df/dt, is added to TOTAL.
     """
-    n, row, total = work.shape[1], work[U + i], work[TOTAL]
+    n = work.shape[1]
+    row = work[U + i]
+    total = work[TOTAL]
     for k in range(n):
         row[k] += slope * work[TIME, k]
         total[k] = b * row[k] + (total[k] if i > 0 else 0.0)
@@ -57,7 +59,9 @@ def _solve_last_stage(s, work, block, h):
     error.  With the equation of the end, only two rounding errors remain: the error of the last
     stage, which is small, and the error of one product with J.
     """
-    n, row, total = work.shape[1], work[U + N_STAGES - 1], work[TOTAL]
+    n = work.shape[1]
+    row = work[U + N_STAGES - 1]
+    total = work[TOTAL]
     add_jacobian_product(s, work, block, J, SUM, TOTAL, FACTOR + 1)
     for k in range(n):
         row[k] += total[k]
@@ -107,8 +111,11 @@ def _state_of_stage(known, i):
 def _and_stage(before, known, i):
     """A function that solves for the stages up to stage i; it returns False if `rhs` raised."""
     state = _state_of_stage(known, i)
-    last, time, slope = i == N_STAGES - 1, TIMES.floats[i - 1], SLOPES.floats[i]
-    c, b = C[i - 1], 0.0 if last else END.floats[i]
+    last = i == N_STAGES - 1
+    time = TIMES.floats[i - 1]
+    slope = SLOPES.floats[i]
+    c = C[i - 1]
+    b = 0.0 if last else END.floats[i]
 
     @njit(**INLINED)
     def next_stage(rhs, s, work, block, h):
@@ -131,9 +138,11 @@ def _and_stage(before, known, i):
 
 def _all_stages():
     """A function that solves for all stages, and a function that returns the rows of the stages."""
-    find, known = _first_stage, _stages_and(_no_stages, 0)
+    find = _first_stage
+    known = _stages_and(_no_stages, 0)
     for i in range(1, N_STAGES):
-        find, known = _and_stage(find, known, i), _stages_and(known, i)
+        find = _and_stage(find, known, i)
+        known = _stages_and(known, i)
     return find, known
 
 
@@ -145,7 +154,8 @@ def _go_on(rhs, s, work, block, t_new):
     """Accept a step; RUNNING or RAISED."""
     copy_row(work[Y], work[Y_OLD])
     copy_row(work[STAGE], work[Y])
-    s.t_old, s.t = s.t, t_new
+    s.t_old = s.t
+    s.t = t_new
     s.n_extra += 1
     return RUNNING if evaluate_row(rhs, t_new, work, Y, SLOPE, block) else RAISED
 
@@ -153,7 +163,9 @@ def _go_on(rhs, s, work, block, t_new):
 @njit(**INTERNAL)
 def step(rhs, state, work, block, h_min):
     """One step; see `implicit.kernel`."""
-    s, rejections, singular = state[0], 0, 0
+    s = state[0]
+    rejections = 0
+    singular = 0
     size = s.h_max if s.h > s.h_max else max(s.h, h_min)
     s.h = size
     status = derive(rhs, s, work, block)
@@ -161,13 +173,15 @@ def step(rhs, state, work, block, h_min):
         return status
     last = slot(None, work, U + N_STAGES - 1)
     while size >= h_min:
-        t_new, wanted = SCIPY.aim(s.t, size, s.t_end, s.direction), size
+        t_new = SCIPY.aim(s.t, size, s.t_end, s.direction)
+        wanted = size
         size = abs(t_new - s.t)
         if not _factorise(s, work, block, t_new - s.t):
             singular += 1
             if singular > MOST_SINGULAR:
                 return SINGULAR
-            size, rejections = size / 10.0, rejections + 1
+            size = size / 10.0
+            rejections = rejections + 1
             s.n_rejected += 1
             continue
         if not _find_stages(rhs, s, work, block, t_new - s.t):

@@ -56,7 +56,8 @@ def _end():
 
     The b_i solve b (1 / gamma - C) = m; the last b_i is 1.
     """
-    m, found = [*A[-1].exact, 1, 1, 1], []
+    m = [*A[-1].exact, 1, 1, 1]
+    found = []
     for j in reversed(range(8)):
         later = zip(reversed(found), C[j:], strict=True)
         found.append(m[j] + Fraction(GAMMA) * sum(x * row.exact[j] for x, row in later))

@@ -26,7 +26,8 @@ FINE = 1e-14
 # remainder 1 by 8.  Its rounding then has one sign in all steps: on a circle, the energy drifted by
 # 3.6e-16 an orbit from orbit 10^7 to orbit 2 10^7, and by 5.5e-9 in all.
 ROUND_OFF = 1e-15
-DITHER, GOLDEN = 1.0 / 16.0, (math.sqrt(5.0) - 1.0) / 2.0
+DITHER = 1.0 / 16.0
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def order_for(rtol, atol, y0):

@@ -45,7 +45,8 @@ def not_far(c, place, stride, order, end, width, share):
 
     The bound sum(|c[k]| |x|^k), k > 0, is at most the larger of `width` and `share` |c[0]|.
     """
-    near, x = share * abs(c[place]), end
+    near = share * abs(c[place])
+    x = end
     near = near if near > width else width
     for _ in range(ROUNDS):
         if size_at(c, place, stride, order, abs(x)) <= near:
@@ -82,8 +83,11 @@ def first_change(c, place, stride, order, end, least, share, remainder):
     stays positive for lengths s with q + p s - m s^2 / 2 > 0, where m bounds the second derivative.
     Steps of such lengths approach a simple zero quadratically, a double zero linearly.
     """
-    x, direction = abs(end), math.copysign(1.0, end)
-    first, slope, bend = c[place], c[place + stride], c[place + 2 * stride]
+    x = abs(end)
+    direction = math.copysign(1.0, end)
+    first = c[place]
+    slope = c[place + stride]
+    bend = c[place + 2 * stride]
     rest = 0.0  # all terms but three
     for k in range(order, 2, -1):
         rest = (rest + abs(c[place + k * stride])) * x
@@ -102,11 +106,14 @@ def first_change(c, place, stride, order, end, least, share, remainder):
     sign = side if q != 0.0 else first_sign(c, place, stride, order)
     begun = 0.0
     for _ in range(ROUNDS):
-        q, p, at = 0.0, 0.0, begun * direction
+        q = 0.0
+        p = 0.0
+        at = begun * direction
         for k in range(order, -1, -1):
             p = p * at + q
             q = q * at + c[place + k * stride]
-        q, p = sign * (q - shift), sign * direction * p
+        q = sign * (q - shift)
+        p = sign * direction * p
         if q < 0.0 and begun > 0.0:
             break
         q = 0.0 if q < 0.0 else q

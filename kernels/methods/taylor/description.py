@@ -24,7 +24,11 @@ TIMES, UNITS, RAISES, N_OF_LANES = range(4)
 # FLAGS: rtol may be near rounding; series and function are compared inside each step; the function
 # has roots, which steps along the tangent may pass; the function may raise where no condition is
 # watched; the function may jump where differences change sign.
-FINE, DECEPTIVE, ROOTED, MAY_RAISE, JUMPS = 1, 2, 4, 8, 16
+FINE = 1
+DECEPTIVE = 2
+ROOTED = 4
+MAY_RAISE = 8
+JUMPS = 16
 
 # The rows of ARRAYS, each as long as all vectors of states.  With one trajectory, the state NOW is
 # order 0 of the series instead.
@@ -36,6 +40,8 @@ INSIDE, INSIDE_PREDICTED, GIVEN = range(8, 11)
 # vectors of watched numbers: the sides of differences that are zero, chosen in the step; the width
 # and the share of a `Hold`, infinite without; 1 for the argument of a root; 0 for numbers that must
 # not change sign, else infinite; a mark of numbers that are searched.
-SIGNED, TOUCHES, HOLDS = 1, 2, 4
+SIGNED = 1
+TOUCHES = 2
+HOLDS = 4
 CHOSEN, WIDTHS, SHARES, TOUCHING, FREE, MARKS = range(6)
 N_OF_WATCHED = 6

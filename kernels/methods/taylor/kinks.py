@@ -38,13 +38,16 @@ def kinks(form, width, order):
 
     `order` is the order of the series of the states, one more than that of the watched numbers.
     """
-    last, remainder = order - 1, REMAINDER * SMALLEST[order]
+    last = order - 1
+    remainder = REMAINDER * SMALLEST[order]
     motion_of = motions(form, last)
 
     @njit(**INTERNAL)
     def decided(room, words):
         """Whether all sides were right; if not, the series must be computed again."""
-        n, sides, right = words[N_WATCHED], words[WATCHED], True
+        n = words[N_WATCHED]
+        sides = words[WATCHED]
+        right = True
         places = TABLES + words[N_VECTORS] * (width + 1)
         for i in range(n * width):
             place = words[places + i // width] + i % width
@@ -65,7 +68,8 @@ def kinks(form, width, order):
         least = abs(t) / scale * (2.0 * BEYOND) + size * (BEYOND * BEYOND)
         power = size ** (last - 1)
         for u in range(n):
-            place, at = words[places + u], words[WATCHED] + u * width
+            place = words[places + u]
+            at = words[WATCHED] + u * width
             first, motion = abs(vector_at(form, room, place)), motion_of(room, place, stride, size)
             before_last = abs(vector_at(form, room, place + (last - 1) * stride))
             tail = abs(vector_at(form, room, place + last * stride)) * size + before_last

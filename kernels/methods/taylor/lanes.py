@@ -76,7 +76,8 @@ def _refuse(refused, share, h, t, before):
     A refused step is tried again with `share` of its length, unless the test before refused it.
     """
     bad, failed, wanted, tries = before
-    refused, shorter = refused & ~bad, h * share
+    refused = refused & ~bad
+    shorter = h * share
     failed = failed | (refused & (shorter <= LEAST * abs(t)))
     tries = select(refused, h * 0.0 + 1.0, tries)
     return bad | refused, failed, select(refused, shorter, wanted), tries
@@ -104,12 +105,15 @@ def _length(form, order):
     @njit(**INTERNAL)
     def length(rows, room, words, tolerance):
         """The length of a step in the unit of the series, and the sum of the last terms."""
-        n, stride, width = words[N_VECTORS], words[STRIDE], words[WIDTH]
+        n = words[N_VECTORS]
+        stride = words[STRIDE]
+        width = words[WIDTH]
         for i in range(n):
             place = words[TABLES + i]
             rtol = vector_at(form, rows, (RTOL * n + i) * width)
             atol = vector_at(form, rows, (ATOL * n + i) * width)
-            y, slope = vector_at(form, room, place), vector_at(form, room, place + stride)
+            y = vector_at(form, room, place)
+            slope = vector_at(form, room, place + stride)
             keep_vector(form, room, _array(words, WEIGHTS, i), weight(y, slope, rtol, atol))
         size = tolerance * 0.0
         found = size
@@ -118,7 +122,8 @@ def _length(form, order):
             for i in range(n):
                 c = abs(vector_at(form, room, words[TABLES + i] + k * stride))
                 c = c * vector_at(form, room, _array(words, WEIGHTS, i))
-                norm, size = larger(c, norm), size + c
+                norm = larger(c, norm)
+                size = size + c
             x = bound(k, norm, tolerance)
             found = smaller(x, found) if k < order else x
         return exponential(found), size
@@ -160,10 +165,13 @@ def _distance(form, order):
     @njit(**INTERNAL)
     def too_far(room, words, x):
         """The lanes in which a number moves too far on a step of length x."""
-        table, first = words[WATCHED], TABLES + 2 * words[N_VECTORS]
-        row, worst = words[N_WATCHED] * words[WIDTH], x * 0.0 - 1.0
+        table = words[WATCHED]
+        first = TABLES + 2 * words[N_VECTORS]
+        row = words[N_WATCHED] * words[WIDTH]
+        worst = x * 0.0 - 1.0
         for u in range(words[N_WATCHED]):
-            place, at = words[first + u], table + u * words[WIDTH]
+            place = words[first + u]
+            at = table + u * words[WIDTH]
             near = vector_at(form, room, at + SHARES * row) * abs(vector_at(form, room, place))
             near = larger(near, vector_at(form, room, at + WIDTHS * row))
             worst = larger(motion(room, place, words[STRIDE], abs(x)) - near, worst)
@@ -178,7 +186,8 @@ def _acceptance(form):
         """Take the states in the good lanes."""
         n = words[N_VECTORS]
         for i in range(n):
-            at, low_at = (Y * n + i) * words[WIDTH], (LOW * n + i) * words[WIDTH]
+            at = (Y * n + i) * words[WIDTH]
+            low_at = (LOW * n + i) * words[WIDTH]
             y = vector_at(form, room, _array(words, NOW, i))
             keep_vector(form, rows, at, select(good, y, vector_at(form, rows, at)))
             low = vector_at(form, room, _array(words, LOW_NOW, i))
@@ -202,7 +211,8 @@ def _series(form, order):
     @njit(**INTERNAL)
     def write(rows, room, words):
         """Store the coefficients in the rows of `work`."""
-        n, width = words[N_VECTORS], words[WIDTH]
+        n = words[N_VECTORS]
+        width = words[WIDTH]
         keep_vector(form, rows, SCALE * n * width, _of_lanes(form, room, words, UNITS))
         for i in range(n):
             place = words[TABLES + i]
@@ -229,7 +239,8 @@ def kernel(order, width):
     def loop(state, lanes, work, block, n_steps, series, ask, room, words):
         s, n, flags, rows = state[0], words[N_VECTORS], words[FLAGS], numbers_of(work)
         t, t_old, h = field(form, lanes, T), field(form, lanes, T_OLD), field(form, lanes, H)
-        t_end, t_stop = field(form, lanes, T_END), field(form, lanes, T_STOP)
+        t_end = field(form, lanes, T_END)
+        t_stop = field(form, lanes, T_STOP)
         live, limit = field(form, lanes, LIVE) > 0.0, field(form, lanes, LIMIT)
         accepted, tries = field(form, lanes, ACCEPTED), field(form, lanes, TRIES)
         rtol = vector_at(form, rows, RTOL * n * width)

@@ -30,7 +30,8 @@ BLIND = 1.0 / 8.0  # if all terms vanish, the step is this share of the longest 
 # A step shorter than this share of its unit is computed again with a shorter unit, because the
 # weight of a small component contains its change in one unit: see `weight`.
 COARSE = 1.0 / 4.0
-LAST, TERMS = 2, 8
+LAST = 2
+TERMS = 8
 IRREGULAR = 64.0  # ratio of earlier terms to those of exp, above which a series has gaps
 # log2(1.5 + u / 2) for |u| < 1 and 2**u for |u| < 1 / 2, to 1e-4: least squares at Chebyshev's
 # points.
@@ -104,7 +105,8 @@ def weight(y, slope, rtol, atol):
     The slope y_1 is the change in one unit of time, for components that are zero now and grow in
     the step.  The unit is at most 1 / COARSE of the step.
     """
-    y, slope = abs(y), abs(slope)
+    y = abs(y)
+    slope = abs(slope)
     size = rtol * select(slope <= y, y, slope) + atol  # NaN if the slope is
     return select(size == 0.0, 0.0, 1.0 / size)
 
@@ -112,8 +114,10 @@ def weight(y, slope, rtol, atol):
 @njit(**INLINED)
 def weigh(form, room, words, u, y, slope):
     """Store the `weight` of a vector of components."""
-    at, n = words[ARRAYS] + u * words[WIDTH], words[N_VECTORS] * words[WIDTH]
-    rtol, atol = vector_at(form, room, at + RELATIVE * n), vector_at(form, room, at + ABSOLUTE * n)
+    at = words[ARRAYS] + u * words[WIDTH]
+    n = words[N_VECTORS] * words[WIDTH]
+    rtol = vector_at(form, room, at + RELATIVE * n)
+    atol = vector_at(form, room, at + ABSOLUTE * n)
     found = weight(y, slope, rtol, atol)
     keep_vector(form, room, at + WEIGHTS * n, found)
     return found
@@ -125,7 +129,8 @@ def bounds(order):
     `norm` is the largest term of order k at x = 1, in units of the tolerance; the tolerance is the
     relative one, as its log2.
     """
-    least, orders = order - LAST + 1, range(order, order - TERMS, -1)
+    least = order - LAST + 1
+    orders = range(order, order - TERMS, -1)
     inverses = tuple(1.0 / k for k in orders)
     constants = tuple(
         math.log2(ALLOWANCE[order]) / k + max(math.log2(least / k), 0.0) for k in orders
@@ -146,14 +151,17 @@ def lengths(form, order):
     The length is in the unit of the series.  The sum is finite if the series is.  Stores the
     weights.
     """
-    bound, least = bounds(order), order - LAST + 1
+    bound = bounds(order)
+    least = order - LAST + 1
     ratio = math.e * SMALLEST[order] ** (-1.0 / least)
     regular = ratio**-least / ALLOWANCE[order] / IRREGULAR
 
     @njit(**INTERNAL)
     def with_gaps(room, words, tolerance):
         """The length from the last TERMS terms, and the sum of all these terms."""
-        found, size, at = math.inf, 0.0, words[ARRAYS]
+        found = math.inf
+        size = 0.0
+        at = words[ARRAYS]
         weights = at + WEIGHTS * words[N_VECTORS] * words[WIDTH]
         for k in range(order, order - TERMS, -1):
             norm = vector_at(form, room, at) * 0.0
@@ -161,7 +169,8 @@ def lengths(form, order):
             for u in range(words[N_VECTORS]):
                 c = abs(vector_at(form, room, words[TABLES + u] + k * words[STRIDE]))
                 c = c * vector_at(form, room, weights + u * words[WIDTH])
-                norm, added = larger(c, norm), added + c
+                norm = larger(c, norm)
+                added = added + c
             size += total(added)
             found = smaller(bound(k, largest(norm), tolerance), found)
         return exponential(found), size
@@ -169,20 +178,28 @@ def lengths(form, order):
     @njit(**INLINED)
     def length(room, words, tolerance):
         last = vector_at(form, room, words[ARRAYS]) * 0.0
-        before, added, earlier, stride = last, last, last, words[STRIDE]
+        before = last
+        added = last
+        earlier = last
+        stride = words[STRIDE]
         for u in range(words[N_VECTORS]):
             place = words[TABLES + u]
-            y, slope = vector_at(form, room, place), vector_at(form, room, place + stride)
+            y = vector_at(form, room, place)
+            slope = vector_at(form, room, place + stride)
             w = weigh(form, room, words, u, y, slope)
             a = abs(vector_at(form, room, place + order * stride)) * w
             b = abs(vector_at(form, room, place + (order - 1) * stride)) * w
-            last, before, added = larger(a, last), larger(b, before), added + (a + b)
-        size, x = total(added), bound(order - 1, largest(before), tolerance)
+            last = larger(a, last)
+            before = larger(b, before)
+            added = added + (a + b)
+        size = total(added)
+        x = bound(order - 1, largest(before), tolerance)
         x = exponential(smaller(x, bound(order, largest(last), tolerance)))
         # The terms before the last terms, at x, in units of the largest terms of a regular series.
         # A regular series has geometric terms, with the last terms at the bound of the length for
         # the smallest tolerance of the order.
-        at, weights = x * ratio, words[ARRAYS] + WEIGHTS * words[N_VECTORS] * words[WIDTH]
+        at = x * ratio
+        weights = words[ARRAYS] + WEIGHTS * words[N_VECTORS] * words[WIDTH]
         for u in range(words[N_VECTORS]):
             place = words[TABLES + u]
             terms = abs(vector_at(form, room, place + (order - LAST) * stride))

@@ -17,9 +17,12 @@ from ..method import method, with_complex_states
 def taylor(state, work, block, order, fsal_stage):
     """The start kernel: the derivative, and the size max |y| / max |y'| for the first step."""
     status = plain(state, work, block, order, fsal_stage)
-    s, y, rate = state[0], 0.0, 0.0
+    s = state[0]
+    y = 0.0
+    rate = 0.0
     for i in range(work.shape[1]):
-        y, rate = max(y, abs(work[Y, i])), max(rate, abs(work[K + fsal_stage, i]))
+        y = max(y, abs(work[Y, i]))
+        rate = max(rate, abs(work[K + fsal_stage, i]))
         work[LOW, i] = 0.0
     s.h = y / rate if rate > 0.0 and y > 0.0 else 1.0
     return status if status != RUNNING else RUNNING
@@ -48,7 +51,8 @@ def _divided(form):
     return divide
 
 
-_vectors, _numbers = _divided(VECTOR), _divided(Form(1, 1, exact=True))
+_vectors = _divided(VECTOR)
+_numbers = _divided(Form(1, 1, exact=True))
 
 
 @njit(**INLINED)
@@ -59,8 +63,12 @@ def dense_rows(rhs, t, h, work, block, d):
     orders of a few components at a time: their sums run side by side (40 components, order 17: 1.5
     us with the components innermost).
     """
-    n, order, x = d.shape[1], d.shape[0] - 1, h / work[SCALE, 0]
-    series, numbers, whole = numbers_of(work), numbers_of(d), n - n % WIDTH
+    n = d.shape[1]
+    order = d.shape[0] - 1
+    x = h / work[SCALE, 0]
+    series = numbers_of(work)
+    numbers = numbers_of(d)
+    whole = n - n % WIDTH
     for i in range(0, whole, WIDTH):
         _vectors(series, numbers, i, n, order, x)
     for i in range(whole, n):

@@ -34,24 +34,36 @@ def sums(form, order):
     @njit(**INLINED)
     def ends(room, place, stride, x, low):
         x2 = x * x
-        x4, k = x2 * x2, float(order)
+        x4 = x2 * x2
+        k = float(order)
         at = place + order * stride
-        a, b = vector_at(form, room, at), vector_at(form, room, at - 3 * stride)
-        c, d = vector_at(form, room, at - 2 * stride), vector_at(form, room, at - stride)
-        slope_a, slope_b = a * k, b * (k - 3.0)
-        slope_c, slope_d = c * (k - 2.0), d * (k - 1.0)
+        a = vector_at(form, room, at)
+        b = vector_at(form, room, at - 3 * stride)
+        c = vector_at(form, room, at - 2 * stride)
+        d = vector_at(form, room, at - stride)
+        slope_a = a * k
+        slope_b = b * (k - 3.0)
+        slope_c = c * (k - 2.0)
+        slope_d = d * (k - 1.0)
         for _ in range(order // 4 - 1):
-            at, k = at - 4 * stride, k - 4.0
+            at = at - 4 * stride
+            k = k - 4.0
             term = vector_at(form, room, at)
-            a, slope_a = fused(a, x4, term), fused(slope_a, x4, term * k)
+            a = fused(a, x4, term)
+            slope_a = fused(slope_a, x4, term * k)
             term = vector_at(form, room, at - 3 * stride)
-            b, slope_b = fused(b, x4, term), fused(slope_b, x4, term * (k - 3.0))
+            b = fused(b, x4, term)
+            slope_b = fused(slope_b, x4, term * (k - 3.0))
             term = vector_at(form, room, at - 2 * stride)
-            c, slope_c = fused(c, x4, term), fused(slope_c, x4, term * (k - 2.0))
+            c = fused(c, x4, term)
+            slope_c = fused(slope_c, x4, term * (k - 2.0))
             term = vector_at(form, room, at - stride)
-            d, slope_d = fused(d, x4, term), fused(slope_d, x4, term * (k - 1.0))
-        term, y = vector_at(form, room, place + stride), vector_at(form, room, place)
-        a, slope_a = fused(a, x4, term), fused(slope_a, x4, term)
+            d = fused(d, x4, term)
+            slope_d = fused(slope_d, x4, term * (k - 1.0))
+        term = vector_at(form, room, place + stride)
+        y = vector_at(form, room, place)
+        a = fused(a, x4, term)
+        slope_a = fused(slope_a, x4, term)
         rise = ((d * x + c) * x2 + (b * x + a)) * x + low
         value = y + rise
         slope = (slope_d * x + slope_c) * x2 + (slope_b * x + slope_a)
@@ -69,9 +81,12 @@ def motions(form, order):
     @njit(**INLINED)
     def motion(room, place, stride, x):
         x2 = x * x
-        x4, at = x2 * x2, place + order * stride
+        x4 = x2 * x2
+        at = place + order * stride
         a = vector_at(form, room, at) * 0.0
-        b, c, d = a, a, a
+        b = a
+        c = a
+        d = a
         for _ in range(order // 4):
             a = a * x4 + abs(vector_at(form, room, at))
             b = b * x4 + abs(vector_at(form, room, at - stride))

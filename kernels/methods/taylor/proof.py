@@ -46,7 +46,8 @@ def differ(form, room, words, given, factor, predicted, share):
     """
     if not share > 0.0:
         return False
-    n, width = words[N_VECTORS], words[WIDTH]
+    n = words[N_VECTORS]
+    width = words[WIDTH]
     worst = vector_at(form, room, words[ARRAYS]) * 0.0
     added = worst
     for u in range(n):
@@ -57,7 +58,8 @@ def differ(form, room, words, given, factor, predicted, share):
             slope = vector_at(form, room, words[TABLES + u] + words[STRIDE]) * factor
         off = abs(slope - vector_at(form, room, at + predicted * n * width))
         off = off * vector_at(form, room, at + WEIGHTS * n * width)
-        worst, added = larger(off, worst), added + off
+        worst = larger(off, worst)
+        added = added + off
     finite = total(added)  # NaN if a slope is
     return not largest(worst) * share + (finite - finite) < 1.0
 
@@ -71,9 +73,11 @@ def proofs(form, ends):
     @njit(**INLINED)
     def advance(room, words, x, inverse):
         """Store the state at x, its rounding error and its slope; keep the state before."""
-        at, n = words[ARRAYS], words[N_VECTORS] * words[WIDTH]
+        at = words[ARRAYS]
+        n = words[N_VECTORS] * words[WIDTH]
         for u in range(words[N_VECTORS]):
-            place, i = words[TABLES + u], at + u * words[WIDTH]
+            place = words[TABLES + u]
+            i = at + u * words[WIDTH]
             low = vector_at(form, room, i + LOW_NOW * n)
             value, rest, slope = ends(room, place, words[STRIDE], x, low)
             keep_vector(form, room, i + BEFORE * n, vector_at(form, room, place))
@@ -86,7 +90,8 @@ def proofs(form, ends):
     def look(room, words, x, inverse):
         """Store the state and the slope inside a step of length x."""
         for u in range(words[N_VECTORS]):
-            place, i = words[TABLES + u], u * words[WIDTH]
+            place = words[TABLES + u]
+            i = u * words[WIDTH]
             low = vector_at(form, room, place) * 0.0
             y, _, slope = ends(room, place, words[STRIDE], x * WITHIN, low)
             keep_vector(form, room, array(words, INSIDE) + i, y)

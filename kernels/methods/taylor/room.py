@@ -39,10 +39,12 @@ def place_of(words, name, u):
 @njit(**INTERNAL)
 def enter(room, words, work):
     """Copy state, rounding error and tolerances from the rows of `work`."""
-    n, width = words[N_VECTORS], words[WIDTH]
+    n = words[N_VECTORS]
+    width = words[WIDTH]
     for u in range(n):
         for lane in range(width):
-            i, at = words[TABLES + n + u * width + lane], words[ARRAYS] + u * width + lane
+            i = words[TABLES + n + u * width + lane]
+            at = words[ARRAYS] + u * width + lane
             if i >= 0:
                 room[words[TABLES + u] + lane] = work[Y, i]
                 room[at + LOW_NOW * n * width] = work[LOW, i]
@@ -56,10 +58,14 @@ def leave(room, words, work, order, moved):
 
     The rows of higher orders stay zero.
     """
-    n, width, stride = words[N_VECTORS], words[WIDTH], words[STRIDE]
-    numbers, m = numbers_of(work), work.shape[1]
+    n = words[N_VECTORS]
+    width = words[WIDTH]
+    stride = words[STRIDE]
+    numbers = numbers_of(work)
+    m = work.shape[1]
     for u in range(n):
-        first, place = words[TABLES + n + u * width], words[TABLES + u]
+        first = words[TABLES + n + u * width]
+        place = words[TABLES + u]
         in_order = moved and first >= 0
         for lane in range(1, width):
             in_order = in_order and words[TABLES + n + u * width + lane] == first + lane
@@ -68,7 +74,8 @@ def leave(room, words, work, order, moved):
                 c = vector_at(LANES, room, place + k * stride)
                 keep_vector(LANES, numbers, (K + k) * m + first, c)
         for lane in range(width):
-            i, at = words[TABLES + n + u * width + lane], words[ARRAYS] + u * width + lane
+            i = words[TABLES + n + u * width + lane]
+            at = words[ARRAYS] + u * width + lane
             place = words[TABLES + u] + lane
             before = at + BEFORE * n * width if moved else place
             if i >= 0:
@@ -84,7 +91,8 @@ def leave(room, words, work, order, moved):
 @njit(**INTERNAL)
 def asked(block, t, room, words, work, name):
     """Call the function at a state; whether the function raises.  The derivative goes to GIVEN."""
-    n, width = words[N_VECTORS], words[WIDTH]
+    n = words[N_VECTORS]
+    width = words[WIDTH]
     for u in range(n):
         for lane in range(width):
             i = words[TABLES + n + u * width + lane]

@@ -86,7 +86,8 @@ def _choice(limited):
     @njit(**INLINED)
     def choose(s, t, x, size, scale, most, room, words):
         """(time behind the step, length, allowed length, whether the step ends at a change)."""
-        h, cut = allowed(x, size, scale, most), False
+        h = allowed(x, size, scale, most)
+        cut = False
         if words[N_WATCHED] > 0:
             x, cut = limited(room, words, h * (1.0 / scale) * s.direction, t, scale)
             h = abs(x) * scale
@@ -128,7 +129,9 @@ def _leave(status, scale, t, block, room, words, work, order):
 
 @njit(**INLINED)
 def _count(s, t, t_old, h, taken, refused):
-    s.t, s.t_old, s.h = t, t_old, h
+    s.t = t
+    s.t_old = t_old
+    s.h = h
     s.n_accepted += taken
     s.n_rejected += refused
 

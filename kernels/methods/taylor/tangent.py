@@ -24,7 +24,8 @@ FINER = 4.0  # ratio of the tolerance to the allowed error of the slope
 @njit(**INTERNAL)
 def span(s, t):
     """The time behind, or the time ahead if that is longer and finite."""
-    behind, ahead = abs(t - s.t_start), abs(t - s.t_end)
+    behind = abs(t - s.t_start)
+    ahead = abs(t - s.t_end)
     behind = behind if behind < math.inf else 0.0
     return ahead if behind < ahead < math.inf else behind
 
@@ -40,7 +41,8 @@ def short(s, t):
 def follow(form, room, words, unit, order):
     """Store the coefficients of a step along the tangent, from the slopes GIVEN."""
     for u in range(words[N_VECTORS]):
-        place, i = words[TABLES + u], u * words[WIDTH]
+        place = words[TABLES + u]
+        i = u * words[WIDTH]
         slope = vector_at(form, room, array(words, GIVEN) + i) * unit
         keep_vector(form, room, place + words[STRIDE], slope)
         for k in range(2, order + 1):

@@ -41,7 +41,8 @@ def product(a, b):
 
 @njit(**INTERNAL)
 def difference(row, i, j):
-    a, b = 3 * i, 3 * j
+    a = 3 * i
+    b = 3 * j
     return row[b] - row[a], row[b + 1] - row[a + 1], row[b + 2] - row[a + 2]
 
 
@@ -49,7 +50,9 @@ def difference(row, i, j):
 def place_within(x0, v0, x1, v1, i, h, s):
     """The place of planet i at the share s of a step h, by the cubic."""
     late = s * s * (3.0 - 2.0 * s)
-    a, b, k = h * s * (1.0 - s) * (1.0 - s), h * s * s * (s - 1.0), 3 * i
+    a = h * s * (1.0 - s) * (1.0 - s)
+    b = h * s * s * (s - 1.0)
+    k = 3 * i
     return (
         x0[k] + late * (x1[k] - x0[k]) + a * v0[k] + b * v1[k],
         x0[k + 1] + late * (x1[k + 1] - x0[k + 1]) + a * v0[k + 1] + b * v1[k + 1],
@@ -76,14 +79,19 @@ def meet_within(x0, v0, x1, v1, i, j, h, near):
     """The share of the step at which planets i and j come closer than they may; or infinity."""
     a = place_within(x0, v0, x1, v1, i, h, 0.0)
     b = place_within(x0, v0, x1, v1, j, h, 0.0)
-    d, rr = (b[0] - a[0], b[1] - a[1], b[2] - a[2]), max(square(a), square(b))
+    d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+    rr = max(square(a), square(b))
     for k in range(1, PIECES + 1):
         a = place_within(x0, v0, x1, v1, i, h, k / PIECES)
         b = place_within(x0, v0, x1, v1, j, h, k / PIECES)
-        d_old, rr_old = d, rr
-        d, rr = (b[0] - a[0], b[1] - a[1], b[2] - a[2]), max(square(a), square(b))
+        d_old = d
+        rr_old = rr
+        d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+        rr = max(square(a), square(b))
         e = (d[0] - d_old[0], d[1] - d_old[1], d[2] - d_old[2])
-        ee, de, dd = square(e), product(d_old, e), square(d_old)
+        ee = square(e)
+        de = product(d_old, e)
+        dd = square(d_old)
         nearest = min(max(-de / ee, 0.0), 1.0) if ee > 0.0 else 0.0
         limit = near * (rr_old + nearest * (rr - rr_old))
         if dd + nearest * (2.0 * de + nearest * ee) < limit:
@@ -101,7 +109,10 @@ def first_meeting(start, end, m, n, p, h):
     Returns the share of the step, infinity if there is none, and the two planets.  Writes to all
     vectors of the room.
     """
-    x0, v0, x1, v1 = m.h, m.s, m.d, m.some
+    x0 = m.h
+    v0 = m.s
+    x1 = m.d
+    v1 = m.some
     places_from_star(start.x, m, n, p, x0)
     places_from_star(start.v, m, n, p, v0)
     places_from_star(end.x, m, n, p, x1)
@@ -113,5 +124,7 @@ def first_meeting(start, end, m, n, p, h):
             if near > 0.0 and not far_apart(x0, v0, x1, v1, i, j, h, near):
                 share = meet_within(x0, v0, x1, v1, i, j, h, near)
                 if share < first:
-                    first, first_i, first_j = share, i, j
+                    first = share
+                    first_i = i
+                    first_j = j
     return first, first_i, first_j

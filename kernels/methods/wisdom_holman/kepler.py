@@ -27,8 +27,10 @@ WIDTH = 4  # planets in a vector
 FORM = Form(1, WIDTH)
 
 # The largest |z| and the numbers of terms of series in lanes: the rest is below 2^-56.
-SMALL, N_FEW = 0.1, 7
-MIDDLE, N_MORE = 1.3, 10
+SMALL = 0.1
+N_FEW = 7
+MIDDLE = 1.3
+N_MORE = 10
 LARGEST, N_TERMS = 10.0, 15  # half a revolution
 EXACT = [[Fraction((-1) ** k, math.factorial(2 * k + i)) for k in range(N_TERMS)] for i in (2, 3)]
 C2, C3 = (tuple(map(float, exact)) for exact in EXACT)
@@ -42,15 +44,19 @@ def _series(n):
     @njit(**INLINED)
     def stumpff(z):
         """c_2(z) and c_3(z), for z of a few tenths."""
-        c2, c3 = C2[n - 1] * z + C2[n - 2], C3[n - 1] * z + C3[n - 2]
+        c2 = C2[n - 1] * z + C2[n - 2]
+        c3 = C3[n - 1] * z + C3[n - 2]
         for k in range(n - 3, 0, -1):
-            c2, c3 = (c2 * z + LOW2[k]) + C2[k], (c3 * z + LOW3[k]) + C3[k]
+            c2 = (c2 * z + LOW2[k]) + C2[k]
+            c3 = (c3 * z + LOW3[k]) + C3[k]
         return c2 * z + C2[0], (c3 * z + LOW3[0]) + C3[0]
 
     return stumpff
 
 
-_long, _more, _short = _series(N_TERMS), _series(N_MORE), _series(N_FEW)
+_long = _series(N_TERMS)
+_more = _series(N_MORE)
+_short = _series(N_FEW)
 
 
 @njit(**INLINED)
@@ -71,7 +77,8 @@ def stumpff(z):
         n += 1
     c2, c3 = _short(z)
     for _ in range(n):
-        c0, c1 = 1.0 - z * c2, 1.0 - z * c3
+        c0 = 1.0 - z * c2
+        c1 = 1.0 - z * c3
         c2, c3, z = 0.5 * c1 * c1, 0.25 * (c2 + c0 * c3), 4.0 * z
     return c2, c3
 
@@ -79,11 +86,13 @@ def stumpff(z):
 @njit(**INTERNAL)
 def solve_anywhere(h, r0, eta, zeta, beta):
     """The X of a step h > 0, by Newton's method between bounds that close in on X."""
-    low, high = 0.0, np.inf
+    low = 0.0
+    high = np.inf
     X = h / r0
     for _ in range(200):
         c2, c3 = stumpff(beta * X * X)
-        G2, G3 = X * X * c2, X * X * X * c3
+        G2 = X * X * c2
+        G3 = X * X * X * c3
         r = r0 + eta * (X - beta * G3) + zeta * G2
         miss = r0 * X + eta * G2 + zeta * G3 - h
         if miss < 0.0:
@@ -106,8 +115,10 @@ def of_any_step(x, y, z, vx, vy, vz, mu, h):
     sign = 1.0 if h >= 0.0 else -1.0
     r0 = math.sqrt(x * x + y * y + z * z)
     v2 = vx * vx + vy * vy + vz * vz
-    eta, zeta = sign * (x * vx + y * vy + z * vz), v2 * r0 - mu
-    beta, left = 2.0 * mu / r0 - v2, abs(h)
+    eta = sign * (x * vx + y * vy + z * vz)
+    zeta = v2 * r0 - mu
+    beta = 2.0 * mu / r0 - v2
+    left = abs(h)
     if beta > 0.0:
         period = 2.0 * math.pi * mu / (beta * math.sqrt(beta))
         left -= period * math.floor(left / period)
@@ -115,12 +126,15 @@ def of_any_step(x, y, z, vx, vy, vz, mu, h):
         return 0.0, 0.0, 0.0, 0.0
     X = solve_anywhere(left, r0, eta, zeta, beta)
     c2, c3 = stumpff(beta * X * X)
-    G2, G3 = X * X * c2, X * X * X * c3
+    G2 = X * X * c2
+    G3 = X * X * X * c3
     G1 = X - beta * G3
     r = r0 + eta * G1 + zeta * G2
     # With this g, an error of X is one of time: the state stays on its orbit.
-    g, fd = r0 * G1 + eta * G2, -mu * G1 / (r0 * r)
-    f, gd = -mu * G2 / r0, -mu * G2 / r
+    g = r0 * G1 + eta * G2
+    fd = -mu * G1 / (r0 * r)
+    f = -mu * G2 / r0
+    gd = -mu * G2 / r
     if max(abs(1.0 + f), abs(1.0 + gd)) > 0.5:  # (1 + f) (1 + g') - g f' = 1
         if abs(1.0 + f) > abs(1.0 + gd):
             gd = (g * fd - f) / (1.0 + f)
@@ -165,13 +179,16 @@ def drift(x, v, x_carry, v_carry, mu, room, h, n, n_used):
     """
     coarse = False
     for i in range(0, n, WIDTH):
-        x0, y0, z0 = vector_at(FORM, x, i), vector_at(FORM, x, n + i), vector_at(FORM, x, 2 * n + i)
+        x0 = vector_at(FORM, x, i)
+        y0 = vector_at(FORM, x, n + i)
+        z0 = vector_at(FORM, x, 2 * n + i)
         u0, v0, w0 = vector_at(FORM, v, i), vector_at(FORM, v, n + i), vector_at(FORM, v, 2 * n + i)
         m = vector_at(FORM, mu, i)
         r2 = x0 * x0 + y0 * y0 + z0 * z0
         r0 = np.sqrt(r2)
         ri = 1.0 / r0
-        eta, v2 = x0 * u0 + y0 * v0 + z0 * w0, u0 * u0 + v0 * v0 + w0 * w0
+        eta = x0 * u0 + y0 * v0 + z0 * w0
+        v2 = u0 * u0 + v0 * v0 + w0 * w0
         beta, zeta = 2.0 * m * ri - v2, v2 * r0 - m
         tau = h * ri
         a, b = 0.5 * eta * ri, zeta * ri * (1.0 / 6.0)

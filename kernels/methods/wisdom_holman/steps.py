@@ -37,7 +37,8 @@ HEAD = 12
 MOST_PAIRS = 16
 # Squared, on the safe side of (a + b)^2 <= 2 a^2 + 2 b^2, where a is the distance of a meeting and
 # b half the way of two planets in a step, each not faster than 1.2 times what it is at the end.
-NEAR, WAY = 2.0, 3.0
+NEAR = 2.0
+WAY = 3.0
 TOGETHER = 1.125  # as WAY, with the relative speed, not faster than 1.5 times what it is
 
 
@@ -85,7 +86,9 @@ def padded(n):
 def sizes(n):
     """The lengths of the rows of the Motion, of the Motion of an output, and of the Room."""
     p = padded(n)
-    vectors, numbers, matrices = [3 * p] * 13, [p] * 3, [p * p] * 6
+    vectors = [3 * p] * 13
+    numbers = [p] * 3
+    matrices = [p * p] * 6
     some = max(3 * p, 4 * WIDTH)
     return [*vectors, some, *numbers, *matrices, n + 1, n, 6, 2 * MOST_PAIRS]
 
@@ -101,7 +104,8 @@ def _motion(flat, at, t):
 @njit(**INTERNAL)
 def laid_out(flat, n, p):
     """The Motion of the last step, the Motion of an output, and the Room: see `sizes`."""
-    t, m = 3 * p, p * p
+    t = 3 * p
+    m = p * p
     last, out = _motion(flat, HEAD, t), _motion(flat, HEAD + 5 * t, t)
     at = HEAD + 10 * t
     h, s, d, some = (

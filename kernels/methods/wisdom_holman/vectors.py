@@ -22,8 +22,12 @@ def keep_three(row, i, p, x, y, z):
 def combined(matrix, row, columns, i, p):
     """Planets i, i + 1, ... of a matrix times vectors, from the first to the last of `columns`."""
     x, y, z = three(row, i, p)
-    x, y, z = 0.0 * x, 0.0 * y, 0.0 * z
+    x = 0.0 * x
+    y = 0.0 * y
+    z = 0.0 * z
     for j in range(*columns):
         c = vector_at(FORM, matrix, j * p + i)
-        x, y, z = x + c * row[j], y + c * row[p + j], z + c * row[2 * p + j]
+        x = x + c * row[j]
+        y = y + c * row[p + j]
+        z = z + c * row[2 * p + j]
     return x, y, z

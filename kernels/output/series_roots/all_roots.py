@@ -52,7 +52,9 @@ CONVERGED = 1e-9  # largest remainder of a series that is used, as a share of it
 @njit(**INTERNAL)
 def find_all(kernels, solve, output, events, scratch, t, reached, ready, d):
     """Record the events of a step up to t, each as often as it occurs; results as `find_events`."""
-    s, o, table = solve.state[0], output.record[0], events.table
+    s = solve.state[0]
+    o = output.record[0]
+    table = events.table
     first = o.n_events
     if not evaluate_end(solve, events, scratch, t, reached, d):
         return FAILED
@@ -76,7 +78,8 @@ def find_all(kernels, solve, output, events, scratch, t, reached, ready, d):
 @njit(**INTERNAL)
 def _note_met(s, events, d, t, meets, first, end, scratch):
     """Note the events that meet a schedule at t; return the new end of the notes, or RAISES."""
-    behind, noted = t + s.direction * meets, end
+    behind = t + s.direction * meets
+    noted = end
     for k in range(first, end):
         if abs(events.t[k] - t) <= meets:
             events.table[events.index[k]].active = 1
@@ -88,7 +91,8 @@ def _note_met(s, events, d, t, meets, first, end, scratch):
             if found == RAISES:
                 return RAISES
             if found == 1:
-                events.index[noted], events.t[noted] = i, t
+                events.index[noted] = i
+                events.t[noted] = t
                 noted += 1
         e.active = 0
     return noted
@@ -97,11 +101,16 @@ def _note_met(s, events, d, t, meets, first, end, scratch):
 @njit(**INTERNAL)
 def _note_series(solve, o, events, t_from, t, meets, scratch):
     """Note the roots of all series; return the end of the notes, and whether other events act."""
-    s, room, kept = solve.state[0], rows_on_stack(ROWS, WIDTH), rows_on_stack(2, MOST_ROOTS)
-    end, by_sign = o.n_events, False
+    s = solve.state[0]
+    room = rows_on_stack(ROWS, WIDTH)
+    kept = rows_on_stack(2, MOST_ROOTS)
+    end = o.n_events
+    by_sign = False
     for i in range(len(events.table)):
         e = events.table[i]
-        n, first, e.active = -1, 0.0, 0
+        n = -1
+        first = 0.0
+        e.active = 0
         if e.series != 0:
             n, first = _roots(e, solve, t, room, kept, scratch)
         if n < 0:
@@ -124,7 +133,8 @@ def _roots(e, solve, t, room, kept, scratch):
     `kept` receives the places of the roots and the signs behind the roots; g_new receives the value
     at the end of the step, or the sign behind the end if that value cannot be told from zero.
     """
-    s, c = solve.state[0], slot(None, room, GIVEN)
+    s = solve.state[0]
+    c = slot(None, room, GIVEN)
     n = invoke(e.series, (s.t_old, t - s.t_old, solve.work, e.block, c))
     if n == 0 or n > MOST_TERMS:
         return -1, 0.0
@@ -144,9 +154,11 @@ def _roots(e, solve, t, room, kept, scratch):
         for j in range(found):
             kept[0, j], kept[1, j] = room[PLACES, j], room[TURNS, j]
     else:
-        scale_row, moved = len(solve.work) - 1, scratch[2:]
+        scale_row = len(solve.work) - 1
+        moved = scratch[2:]
         found, side, size = roots_in_parts(e, solve, t, begins, scale_row, room, kept, moved)
-    e.size, first = size, side
+    e.size = size
+    first = side
     for j in range(found - 1, -1, -1):
         if kept[1, j] != 0.0:
             first = -kept[1, j]

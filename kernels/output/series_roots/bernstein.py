@@ -30,7 +30,10 @@ for _m in range(MOST + 1):
 def convert(a, noise, piece, scratch):
     """The polynomial sum a[k] s^k as a piece, on [0, 1]."""
     m = len(a) - 1
-    piece[DEGREE], piece[LOW], piece[HIGH], piece[NOISE] = m, 0.0, 1.0, noise
+    piece[DEGREE] = m
+    piece[LOW] = 0.0
+    piece[HIGH] = 1.0
+    piece[NOISE] = noise
     for k in range(m + 1):
         scratch[k] = a[k] * RECIPROCALS[m, k]
     for i in range(m + 1):
@@ -57,7 +60,8 @@ def split(piece, left):
 @njit(**INTERNAL)
 def trim(piece):
     """Set end coefficients to zero if noise hides their sign; return the range of the others."""
-    low, high = HEAD, HEAD + int(piece[DEGREE])
+    low = HEAD
+    high = HEAD + int(piece[DEGREE])
     while low <= high and abs(piece[low]) <= piece[NOISE]:
         piece[low] = 0.0
         low += 1
@@ -89,7 +93,8 @@ def is_clear(piece, low, high):
 @njit(**INTERNAL)
 def changes(piece, low, high):
     """Sign changes of the coefficients: the number of roots, or more by an even number."""
-    n, before = 0, piece[low]
+    n = 0
+    before = piece[low]
     for i in range(low, high + 1):
         if piece[i] != 0.0:
             n += (piece[i] > 0.0) != (before > 0.0)
@@ -100,7 +105,8 @@ def changes(piece, low, high):
 @njit(**INTERNAL)
 def turns(piece):
     """Sign changes of the derivative's coefficients: at least the number of turns."""
-    n, before = 0, 0.0
+    n = 0
+    before = 0.0
     for i in range(HEAD, HEAD + int(piece[DEGREE])):
         rise = piece[i + 1] - piece[i]
         if rise != 0.0:

@@ -23,11 +23,13 @@ def bracketed(a, order, low, high, sign):
 
     `order` is 0 for the polynomial, 1 for its derivative.
     """
-    x, step = 0.5 * (low + high), high - low
+    x = 0.5 * (low + high)
+    step = high - low
     for _ in range(N_ITERATIONS):
         value, slope, curvature = derivatives(a, x)
         if order == 1:
-            value, slope = slope, curvature
+            value = slope
+            slope = curvature
         if value == 0.0:
             break
         if (value > 0.0) == (sign > 0.0):
@@ -49,7 +51,8 @@ def refined(a, x, order):
     for _ in range(3):
         value, slope, curvature = derivatives(a, x)
         if order == 1:
-            value, slope = slope, curvature
+            value = slope
+            slope = curvature
         new = x - value / slope
         if not 0.0 <= new <= 1.0:
             break

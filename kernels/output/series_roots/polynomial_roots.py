@@ -103,7 +103,8 @@ def _noise(a):
 @njit(**INTERNAL)
 def _search(c, size, room):
     """`polynomial_roots` for coefficients of which `size` is the largest."""
-    search, n = room[SEARCH], len(c)
+    search = room[SEARCH]
+    n = len(c)
     search[:] = 0.0
     search[SIDE] = search[FIRST] = np.sign(c[0])
     if size == 0.0:
@@ -128,7 +129,8 @@ def _search(c, size, room):
 @njit(**INTERNAL)
 def _cut(a, room):
     """Search the polynomial for roots, piece by piece."""
-    search, top = room[SEARCH], PIECES
+    search = room[SEARCH]
+    top = PIECES
     convert(a, search[LEVEL], room[PIECES], room[SCRATCH])
     while top >= PIECES:
         top = _look(a, room, top)
@@ -140,13 +142,16 @@ def _cut(a, room):
 @njit(**INTERNAL)
 def _look(a, room, top):
     """Search the piece in row `top`, or halve the piece; return the row of the next piece."""
-    piece, search = room[top], room[SEARCH]
-    x, x_end = piece[LOW], piece[HIGH]
+    piece = room[top]
+    search = room[SEARCH]
+    x = piece[LOW]
+    x_end = piece[HIGH]
     low, high = trim(piece)
     if low > high or top == PIECES + DEPTH:
         _touch(search, x, x_end)
         return top - 1
-    sign, rest = np.sign(piece[low]), piece[low] * piece[high] > 0.0
+    sign = np.sign(piece[low])
+    rest = piece[low] * piece[high] > 0.0
     whole = piece[HEAD] * piece[HEAD + int(piece[DEGREE])] != 0.0
     n_turns = turns(piece) if whole else -1
     clear = rest and (n_turns == 0 or is_clear(piece, low, high))
@@ -172,7 +177,8 @@ def _turn(a, room, x, x_end, sign):
     if sign * derivatives(a, x)[1] > 0.0:
         return  # away from zero
     middle = bracketed(a, 1, x, x_end, -sign)
-    value, noise = sign * derivatives(a, middle)[0], room[SEARCH, LEVEL]
+    value = sign * derivatives(a, middle)[0]
+    noise = room[SEARCH, LEVEL]
     if value < -noise:
         _report(a, room, bracketed(a, 0, x, middle, sign), -sign)
         _report(a, room, bracketed(a, 0, middle, x_end, -sign), sign)
@@ -184,7 +190,8 @@ def _turn(a, room, x, x_end, sign):
 def _touch(search, low, high):
     """Note that the polynomial cannot be told from zero from low to high."""
     if search[TOUCHED] == 0.0:
-        search[TOUCHED], search[FROM] = 1.0, low
+        search[TOUCHED] = 1.0
+        search[FROM] = low
     search[TO] = high
 
 
@@ -192,10 +199,12 @@ def _touch(search, low, high):
 def _see(a, room, x, sign):
     """Note the sign of the polynomial behind x; report a root if zero was touched before x."""
     search = room[SEARCH]
-    side, touched = search[SIDE], search[TOUCHED] != 0.0
+    side = search[SIDE]
+    touched = search[TOUCHED] != 0.0
     if not touched:
         search[FROM] = search[TO] = x
-    search[TOUCHED], search[SIDE] = 0.0, sign
+    search[TOUCHED] = 0.0
+    search[SIDE] = sign
     turn = sign if side != 0.0 and sign != side else 0.0
     if turn != 0.0 or (touched and search[FROM] > 0.0):
         middle = 0.5 * (search[FROM] + search[TO])
@@ -219,8 +228,11 @@ def _report(a, room, x, turn):
 
     Near a root at 0 the noise decreases with the powers of x, so that very low bounces are found.
     """
-    search, places, changed = room[SEARCH], room[PLACES], room[TURNS]
-    n, factors = int(search[FOUND]), int(search[FACTORS])
+    search = room[SEARCH]
+    places = room[PLACES]
+    changed = room[TURNS]
+    n = int(search[FOUND])
+    factors = int(search[FACTORS])
     if turn != 0.0:
         search[SIDE] = turn
     before = places[n - 1] if n > 0 else 0.0
@@ -232,11 +244,13 @@ def _report(a, room, x, turn):
         apart = x == 0.0 or factors == 0 or value > _noise_at(a, middle)
     if apart:
         if n < MOST:
-            places[n], changed[n] = max(x, before), turn
+            places[n] = max(x, before)
+            changed[n] = turn
             search[FOUND] = n + 1.0
     elif n == 0:  # the same root as the root at 0
         if turn != 0.0 and search[FIRST] != 0.0:
-            places[0], changed[0] = 0.0, turn
+            places[0] = 0.0
+            changed[0] = turn
             search[FOUND] = 1.0
     elif turn != 0.0:
         changed[n - 1] = turn if changed[n - 1] == 0.0 else 0.0

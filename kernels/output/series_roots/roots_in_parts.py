@@ -21,7 +21,8 @@ from ..events import JUMP, SIGN
 from .polynomial_roots import GIVEN, PLACES, TURNS, polynomial_roots
 
 CLOSE = 1e-9  # share of sum|c| that the last two terms, and a gap between parts, may reach
-FEWEST_PARTS, MOST_PARTS = 8, 256
+FEWEST_PARTS = 8
+MOST_PARTS = 256
 HALVINGS = 52  # of a part, to the spacing of numbers
 # Share of the step: on long steps, the polynomial is rounded to 1000 units; they take 1e-13.
 BEHIND = 2.0**-40
@@ -77,8 +78,11 @@ def _in_parts(e, solve, t, begins, scale_row, room, moved, kept, parts):
     -1 roots if a part of a coarse division has no series.  A side is NaN where the event function
     has no value.
     """
-    s, c = solve.state[0], slot(None, room, GIVEN)
-    h, found, before = (t - s.t_old) / parts, 0, begins
+    s = solve.state[0]
+    c = slot(None, room, GIVEN)
+    h = (t - s.t_old) / parts
+    found = 0
+    before = begins
     largest = abs(begins) if np.isfinite(begins) else 0.0
     for part in range(parts):
         _move(solve.work, moved, part * h / solve.work[scale_row, 0], scale_row - K - BETWEEN)
@@ -121,7 +125,8 @@ def _by_signs(e, solve, a, h, before, end, largest, kept, found, scratch):
     Where the function has no value at one end, or between different signs, each side is followed
     to the border of the domain.
     """
-    x, turn = 0.0, 0.0
+    x = 0.0
+    turn = 0.0
     if before == before and before != 0.0:
         x, behind = _halved(e, solve, a, h, before, end, largest, scratch)
         if behind == behind:
@@ -135,14 +140,16 @@ def _by_signs(e, solve, a, h, before, end, largest, kept, found, scratch):
     if found == MOST_ROOTS:
         return -1
     whole = solve.state[0].t - solve.state[0].t_old
-    kept[0, found], kept[1, found] = min(x / whole, 1.0), turn
+    kept[0, found] = min(x / whole, 1.0)
+    kept[1, found] = turn
     return found + 1
 
 
 @njit(**INTERNAL)
 def _value(e, solve, later, scratch):
     """The event function at a time after the start of the step; NaN if it raised."""
-    s, work = solve.state[0], solve.work
+    s = solve.state[0]
+    work = solve.work
     _state(work, later, scratch[0])
     if not evaluate(e.block, s.t_old + later, scratch[0], scratch[1]):
         return np.nan
@@ -162,7 +169,8 @@ def _halved(e, solve, a, h, sign, behind, largest, scratch):
         h *= 0.5
         value = _value(e, solve, a + h, scratch)
         if value * sign > 0.0:
-            a, last = a + h, value
+            a = a + h
+            last = value
         else:
             behind = value
     place = a + h
@@ -175,7 +183,8 @@ def _halved(e, solve, a, h, sign, behind, largest, scratch):
 @njit(**INTERNAL)
 def _state(work, later, y):
     """The polynomial of the step at a time after its start."""
-    last, u = len(work) - 2 - BETWEEN - K, later / work[len(work) - 1, 0]
+    last = len(work) - 2 - BETWEEN - K
+    u = later / work[len(work) - 1, 0]
     for i in range(work.shape[1]):
         total = 0.0
         for k in range(last, -1, -1):

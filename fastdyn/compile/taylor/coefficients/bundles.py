@@ -32,7 +32,8 @@ class Single:
     """
 
     def __init__(self, plan):
-        g, self.level = plan.graph, plan.level
+        g = plan.graph
+        self.level = plan.level
         self.components = range(len(plan.outputs))
         self.states = [g.make("y", (), i) for i in self.components]
         self.time, self.factors = g.make("t"), list(plan.invariants.values())
@@ -49,7 +50,8 @@ class Single:
 
 def spread(plan):
     """A copy of a plan that splits each long sum of products into steps of one product each."""
-    found, made = copy.copy(plan), {}
+    found = copy.copy(plan)
+    made = {}
     steps: list = []
     for step in plan.steps:
         if isinstance(step, Sum) and len(step.products) > MAX_PRODUCTS:
@@ -71,7 +73,8 @@ class Bundle:
     """Like nodes, or invariants, one in each lane."""
 
     def __init__(self, nodes, lanes, is_factor=False):
-        nodes, self.is_factor = [*nodes, *[nodes[-1]] * (lanes - len(nodes))], is_factor
+        nodes = [*nodes, *[nodes[-1]] * (lanes - len(nodes))]
+        self.is_factor = is_factor
         self.nodes, self.key = nodes, tuple([node.key for node in nodes])
         same = all(node is nodes[0] for node in nodes)
         self.op, self.data = (nodes[0].op, nodes[0].data) if same else ("many", None)
@@ -87,13 +90,16 @@ class Bundles:
     """
 
     def __init__(self, plan, lanes):
-        self._lanes, self._known, self._lane = lanes, {}, {}
+        self._lanes = lanes
+        self._known = {}
+        self._lane = {}
         self.graph = plan.graph
         self._gathers, self._factors, self.level, self.timed = [], {}, {}, set()
         plan = self._plan = spread(plan)
         states, groups = alike(plan, lanes)
         y = [plan.graph.make("y", (), i) for i in range(len(plan.outputs))]
-        time, in_time = plan.graph.make("t"), timed(plan)
+        time = plan.graph.make("t")
+        in_time = timed(plan)
         self.states = [self._new([y[i] for i in chunk]) for chunk in states]
         whole = self._new([time])
         for group in groups:
@@ -114,7 +120,8 @@ class Bundles:
 
     def _new(self, nodes, level=0):
         bundle = Bundle(nodes, self._lanes)
-        self._known[bundle.key], self.level[bundle.key] = bundle, 2 * level
+        self._known[bundle.key] = bundle
+        self.level[bundle.key] = 2 * level
         for lane, node in enumerate(bundle.nodes):
             self._lane.setdefault(node.key, (bundle, lane))
         return bundle
@@ -126,7 +133,8 @@ class Bundles:
         if wanted.key not in self._known:
             lanes = [self._lane[node.key] for node in wanted.nodes]
             level = max(self.level[bundle.key] for bundle, _ in lanes)
-            self._known[wanted.key], self.level[wanted.key] = wanted, level + 1
+            self._known[wanted.key] = wanted
+            self.level[wanted.key] = level + 1
             self._gathers.append(Gather(wanted, lanes))
         return self._known[wanted.key]
 
@@ -151,7 +159,8 @@ class Bundles:
 
     def _rate(self, bundle, states):
         """The Rate of a vector of states; single lanes may have constant derivatives."""
-        outputs, zero = [self._plan.outputs[i] for i in states], self._plan.graph.const(0.0)
+        outputs = [self._plan.outputs[i] for i in states]
+        zero = self._plan.graph.const(0.0)
         cores = [core for _, core in outputs if core is not None]
         if not cores:
             return Rate(bundle, None, None, self._factor([f for f, _ in outputs]))

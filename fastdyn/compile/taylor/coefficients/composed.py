@@ -24,7 +24,10 @@ class _Terms:
     """
 
     def __init__(self, plan, text, x, invariant):
-        self.plan, self.text, self.x, self.invariant = plan, text, x, invariant
+        self.plan = plan
+        self.text = text
+        self.x = x
+        self.invariant = invariant
         self._power = text.slot("double")
         self._guards = [guard for guard in map(self._guard, plan.steps) if guard]
         numbers = {a.key for guard in self._guards for a in guard}
@@ -44,7 +47,8 @@ class _Terms:
 
     def store(self, k, values):
         """Store c[k] x^k."""
-        text, ((f, core),) = self.text, self.plan.outputs
+        text = self.text
+        ((f, core),) = self.plan.outputs
         power = text.load(self._power)
         term = text.mul(text.mul(self.invariant(f), values[core.key]), power)
         text.store(term, text.at("%out", k))
@@ -60,7 +64,8 @@ class _Terms:
 
     def n_terms(self, n):
         """n, or -1 if the event may differ from its series."""
-        text, sound = self.text, "true"
+        text = self.text
+        sound = "true"
         for numbers in self._guards:
             one = "false"
             for i, a in enumerate(numbers):

@@ -81,7 +81,8 @@ class Convolutions:
     """Emits sums for `rows.Rows`."""
 
     def __init__(self, rows):
-        self.rows, self.text = rows, rows.text
+        self.rows = rows
+        self.text = rows.text
 
     def of(self, steps):
         """All convolutions of some steps."""
@@ -98,7 +99,8 @@ class Convolutions:
 
     def _product(self, c, j, other, order, total):
         """Add w(j) a[j] b[other] to a sum of an order; orders are numbers or Late."""
-        weight, a = self._weight(c, j, order), self.rows.row(c.a, j)
+        weight = self._weight(c, j, order)
+        a = self.rows.row(c.a, j)
         a = a if weight is None else self.text.mul(weight, a)
         return self.text.fma(a, self.rows.row(c.b, other), total)
 
@@ -110,10 +112,12 @@ class Convolutions:
         whole = 1.0 if c.weighted else 0.0
         j_late, j = (1.0, j.i) if isinstance(j, Late) else (0.0, j)
         k_late, k = (1.0, order.i) if isinstance(order, Late) else (0.0, order)
-        rest, times = slope * j - whole * k, slope * j_late - whole * k_late
+        rest = slope * j - whole * k
+        times = slope * j_late - whole * k_late
         if times == 0.0:
             return hexadecimal(rest)
-        text, number = self.text, self.rows.number
+        text = self.text
+        number = self.rows.number
         value = text.new(f"fmul double {number}, {hexadecimal(times)}")
         value = text.new(f"fadd double {value}, {hexadecimal(rest)}")
         return text.splat(value, text.lanes)
@@ -122,7 +126,8 @@ class Convolutions:
 
     def block(self, steps):
         """The parts of the sums known before a block of orders: {key: [part for each order]}."""
-        wanted, found = self.of(steps), {}
+        wanted = self.of(steps)
+        found = {}
         for squares in (True, False):
             some = [c for c in wanted if c.of_square == squares]
             together = self.rows.places.together
@@ -157,7 +162,8 @@ class Convolutions:
 
     def _loop(self, some, squares):
         """The sums of the loop over j, a list of BLOCK sums for each Convolution."""
-        text, rows = self.text, self.rows
+        text = self.text
+        rows = self.rows
         sums = [[text.slot(text.kind) for _ in range(BLOCK)] for _ in some]
         for place in (place for places in sums for place in places):
             text.store(ZERO, place)
@@ -170,8 +176,11 @@ class Convolutions:
 
     def _terms(self, some, sums, j, number):
         """Add the products of one j to the sums of four orders."""
-        text, rows, known = self.text, self.rows, {}
-        back, x = text.new(f"sub i64 {rows.shift}, {j}"), None
+        text = self.text
+        rows = self.rows
+        known = {}
+        back = text.new(f"sub i64 {rows.shift}, {j}")
+        x = None
         if any(c.weight is not None for c in some):
             x = text.load(number, "double")
             text.store(text.new(f"fadd double {x}, {hexadecimal(1.0)}"), number, "double")
@@ -191,9 +200,11 @@ class Convolutions:
         for c, places in zip(some, sums, strict=True):
             for i, place in enumerate(places):
                 if c.of_square:
-                    a, b = row(c.a, j, i // 2), row(c.a, back, i - i // 2)
+                    a = row(c.a, j, i // 2)
+                    b = row(c.a, back, i - i // 2)
                 else:
-                    a, b = factors(c)[i], row(c.b, back, i)
+                    a = factors(c)[i]
+                    b = row(c.b, back, i)
                 text.store(text.fma(a, b, text.load(place)), place)
 
     def _factors(self, c, a, j):

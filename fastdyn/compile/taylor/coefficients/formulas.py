@@ -33,7 +33,8 @@ class Formulas:
         return getattr(self, f"_{type(step).__name__.lower()}")(step, total)
 
     def _sum(self, step, total):
-        kept, parts = iter(self.kept(step)), [(self.factor(f), a) for f, a in step.terms]
+        kept = iter(self.kept(step))
+        parts = [(self.factor(f), a) for f, a in step.terms]
         for _, a, b in step.products:
             parts += [(next(kept), x) for x in ((a,) if a is b else (b, a))]
         for f, a in shallow_first(self.plan, parts):
@@ -72,8 +73,12 @@ class FormulasOfRows(Formulas):
     """Emits the coefficients of the order `rows.order`, for the vectors of a `rows.Rows`."""
 
     def __init__(self, rows):
-        self.rows, self.text, self.plan = rows, rows.text, rows.plan
-        self.factor, self.of, self.timed = rows.factor, rows.of, rows.places.timed
+        self.rows = rows
+        self.text = rows.text
+        self.plan = rows.plan
+        self.factor = rows.factor
+        self.of = rows.of
+        self.timed = rows.places.timed
         self._start = _Start(rows, self)
 
     def zeroth(self, step):
@@ -95,7 +100,8 @@ class FormulasOfRows(Formulas):
     def kept(self, step):
         if not n_kept(step):
             return []
-        room, lanes = self.rows.pointer(("kept", step.node.key)), self.text.lanes
+        room = self.rows.pointer(("kept", step.node.key))
+        lanes = self.text.lanes
         return [self.text.load(self.text.at(room, i * lanes)) for i in range(n_kept(step))]
 
     def together(self, totals):
@@ -119,7 +125,9 @@ class FormulasOfRows(Formulas):
         return value
 
     def _one_by_one(self, step):
-        text, rows, value = self.text, self.rows, "poison"
+        text = self.text
+        rows = self.rows
+        value = "poison"
         for i, (node, lane) in enumerate(step.lanes):
             x = text.load(text.at(rows.address(node, rows.order), lane), "double")
             value = text.new(f"insertelement {text.kind} {value}, double {x}, i64 {i}")
@@ -127,7 +135,8 @@ class FormulasOfRows(Formulas):
 
     def _with_lanes(self, value, node, lanes):
         """A vector in which the lanes that come from `node` are replaced."""
-        text, other = self.text, self.rows.of(node)
+        text = self.text
+        other = self.rows.of(node)
         shift = 0 if value is None else text.lanes
         places = [shift + lane if node is source else i for i, (source, lane) in enumerate(lanes)]
         mask = f"<{text.lanes} x i32> <{', '.join([f'i32 {i}' for i in places])}>"
@@ -143,7 +152,9 @@ class FormulasOfRows(Formulas):
         return self.text.fma(self.of(step.a), slope, total)
 
     def of_time(self, step):
-        rows, order, ((f, a, g),) = self.rows, self.rows.order, step.parts
+        rows = self.rows
+        order = self.rows.order
+        ((f, a, g),) = step.parts
         before = Late(order.i - 1) if isinstance(order, Late) else order - 1
         slope = self.text.mul(rows.factor(f), rows.row(a, 1))
         return rows.over(self.text.mul(slope, rows.row(g, before)), order)
@@ -154,7 +165,8 @@ class _Start(Start):
 
     def __init__(self, rows, formulas):
         super().__init__(None, rows.text, rows.factor, {}, {})
-        self._rows, self._gather = rows, formulas._gather
+        self._rows = rows
+        self._gather = formulas._gather
 
     def of(self, node):
         rows = self._rows

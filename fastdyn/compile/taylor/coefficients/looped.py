@@ -29,15 +29,18 @@ class Part(NamedTuple):
 class Slot:
     """An operand of a loop, in place of a node; the table has its place for each iteration."""
 
-    op, data = "slot", None
+    op = "slot"
+    data = None
 
     def __init__(self, key, is_factor):
-        self.key, self.is_factor = key, is_factor
+        self.key = key
+        self.is_factor = is_factor
 
 
 def looped(plan, places, steps, name):
     """Group steps into Parts, in the order of their levels."""
-    parts, level = [], plan.level
+    parts = []
+    level = plan.level
     n_sums = sum(len(convolutions(step, places.timed)) for step in plan.steps)
     n_sums += sums_of_terms(plan.steps)
     fewest = FEWEST if n_sums <= MANY else FEWEST_OF_MANY
@@ -74,11 +77,17 @@ class _Loop:
     """Collects the table of a loop: a column of places for each slot."""
 
     def __init__(self, plan, places, like, name):
-        self.plan, self.places, self.like, self.name = plan, places, like, name
-        self.keys, self.columns, self.nodes = [], [], {}
+        self.plan = plan
+        self.places = places
+        self.like = like
+        self.name = name
+        self.keys = []
+        self.columns = []
+        self.nodes = {}
 
     def part(self):
-        first, places = self.like[0], self.places
+        first = self.like[0]
+        places = self.places
         node = self._node([step.node for step in self.like])
         if isinstance(first, Gather):
             step = Gather(node, [(self._lane(i), 0) for i in range(len(first.lanes))])
@@ -98,7 +107,9 @@ class _Loop:
         return new
 
     def _node(self, nodes):
-        places, key, keys = self.places, nodes[0].key, tuple([node.key for node in nodes])
+        places = self.places
+        key = nodes[0].key
+        keys = tuple([node.key for node in nodes])
         if keys in self.nodes:
             return self.nodes[keys]
         new = self.nodes[keys] = self._slot([places.at[x.key] for x in nodes])

@@ -36,12 +36,17 @@ class Watched:
     """
 
     def __init__(self, plan, text, rows, row, sides):
-        self.plan, self.text, self._rows, self._row = plan, text, rows, row
-        self._sides, self.raising = sides, "false"
+        self.plan = plan
+        self.text = text
+        self._rows = rows
+        self._row = row
+        self._sides = sides
+        self.raising = "false"
 
     def sides(self):
         """The signs by key."""
-        text, signed = self.text, self.plan.signed
+        text = self.text
+        signed = self.plan.signed
         return {
             key: text.load(text.at(self._sides, i))
             for i, key in enumerate(self.plan.watched) if key in signed
@@ -92,12 +97,21 @@ class Online(Formulas):
     exact = False
 
     def __init__(self, plan, order, text, width, factor, rows, row, scale, watched):
-        self.watched, self._paced = watched, {}
-        self.plan, self.text, self.width, self.factor = plan, text, width, factor
-        self.rows, self.row, self.scale, self.last = rows, row, scale, order - 1
+        self.watched = watched
+        self._paced = {}
+        self.plan = plan
+        self.text = text
+        self.width = width
+        self.factor = factor
+        self.rows = rows
+        self.row = row
+        self.scale = scale
+        self.last = order - 1
         self.lanes = max((order - 1) // 2, 1)
         self.registers = -(-self.lanes // width)
-        self.timed, self.previous, self.slope = timed(plan), {}, {}
+        self.timed = timed(plan)
+        self.previous = {}
+        self.slope = {}
         self.updates = Updates(self)
 
     def begin(self, t, y):
@@ -157,8 +171,10 @@ class Online(Formulas):
 
     def add_order(self, order):
         """Compute the coefficients of one order, and add their products to the later sums."""
-        plan, v = self.plan, {}
-        self._v, self._order = v, order
+        plan = self.plan
+        v = {}
+        self._v = v
+        self._order = order
         for a in self.plan.leaves().values():
             v[a.key] = self.leaf[a.data] if a.op == "y" else self.scale if order.first else None
             if a.op == "t":
@@ -189,7 +205,8 @@ class Online(Formulas):
         return self.text.select(self.kept(step), a, b)
 
     def of_time(self, step):
-        text, ((f, a, g),) = self.text, step.parts
+        text = self.text
+        ((f, a, g),) = step.parts
         slope = self.slope[a.key]
         if self._order.first:
             return text.mul(slope, self.kept(step)[0])

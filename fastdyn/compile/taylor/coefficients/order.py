@@ -34,9 +34,16 @@ class Order:
     """
 
     def __init__(self, text, k, here, grows, width, tables, exact):
-        self.k, self.here, self.grows, self.first, self.text = k, here, grows, k == 1, text
-        self.numbers, self.inverses, self._rests = tables.numbers, tables.inverses, tables.rests
-        self.exact, self._known = exact and grows, {}
+        self.k = k
+        self.here = here
+        self.grows = grows
+        self.first = k == 1
+        self.text = text
+        self.numbers = tables.numbers
+        self.inverses = tables.inverses
+        self._rests = tables.rests
+        self.exact = exact and grows
+        self._known = {}
         self.number, self.inverse = (
             text.load(text.at(t, k)) for t in (self.numbers, self.inverses)
         )

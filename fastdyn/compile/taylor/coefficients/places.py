@@ -38,7 +38,9 @@ class Places:
 
     def __init__(self, plan, order, lanes, together):
         self.together, self.timed = together, set(plan.timed)
-        self._lanes, self.at, self.size = lanes, {}, 0
+        self._lanes = lanes
+        self.at = {}
+        self.size = 0
         for f in plan.factors:
             self.room(("factor", f.key), 1)
         self.history = self._history(plan)

@@ -30,9 +30,14 @@ class Rows:
     """
 
     def __init__(self, plan, order, text, space, places):
-        self.plan, self.text, self.space, self.places = plan, text, space, places
+        self.plan = plan
+        self.text = text
+        self.space = space
+        self.places = places
         self.parts, self.rates = plan.parts(places)
-        self.last, self.base, self.in_loop = order - 1, {}, False
+        self.last = order - 1
+        self.base = {}
+        self.in_loop = False
         self.convolutions, self.formulas = Convolutions(self), FormulasOfRows(self)
 
     # -- addresses and values
@@ -48,7 +53,8 @@ class Rows:
         if node.key not in self.places.history:
             return at
         if isinstance(order, Late):
-            at, order = self.text.at(at, self.shift), order.i
+            at = self.text.at(at, self.shift)
+            order = order.i
         return self.text.at(at, order * self.text.lanes)
 
     def row(self, node, order):
@@ -85,8 +91,11 @@ class Rows:
 
     def begin(self, t, scale):
         """Compute order 1 of the states from the time and from order 0, which is in the rows."""
-        text, plan = self.text, self.plan
-        self.scale, self.v, self._inverses = scale, {}, {}
+        text = self.text
+        plan = self.plan
+        self.scale = scale
+        self.v = {}
+        self._inverses = {}
         self.order: Any = 0
         if plan.time is not None:
             text.clear(self.pointer(plan.time.key), (self.last + 2) * text.lanes)
@@ -109,12 +118,14 @@ class Rows:
     def _blocks(self):
         text = self.text
         with text.each(self.last + 1, BLOCK + 1, BLOCK) as self.k:
-            self.v, self._inverses = {}, {}
+            self.v = {}
+            self._inverses = {}
             self.shift = text.new(f"mul i64 {self.k}, {text.lanes}")
             self.number = text.new(f"uitofp i64 {self.k} to double")
             half = text.new(f"lshr i64 {text.new(f'add i64 {self.k}, 1')}, 1")
             self.half = text.new(f"mul i64 {half}, {text.lanes}")
-            self.order, self.partial = Late(0), {}
+            self.order = Late(0)
+            self.partial = {}
             in_line = [part.steps for part in self.parts if part.table is None]
             self._block([step for steps in in_line for step in steps])
             for part in self.parts:
@@ -134,16 +145,20 @@ class Rows:
         if part.table is None:
             emit(part.steps)
             return
-        text, outer = self.text, (self.v, self._inverses)
+        text = self.text
+        outer = (self.v, self._inverses)
         table = text.indices(f"{part.name}table", part.table)
         with text.each(len(part.table)) as u:
-            self.v, self._inverses, self.in_loop = {}, {}, True
+            self.v = {}
+            self._inverses = {}
+            self.in_loop = True
             first = text.new(f"mul i64 {u}, {part.table.shape[1]}")
             for i, key in enumerate(part.slots):
                 place = text.index(table, text.new(f"add i64 {first}, {i}"))
                 self.base[key] = text.at(self.space, place)
             emit(part.steps)
-        (self.v, self._inverses), self.in_loop = outer, False
+        self.v, self._inverses = outer
+        self.in_loop = False
 
     def over(self, value, order, factor=ONE):
         """factor value / order; without bias of rounding in low orders, see `order.rest`."""
@@ -199,7 +214,8 @@ class Rows:
         return self.text.at(self.pointer(("partial", key)), at)
 
     def _late(self, steps):
-        sums, i = self.convolutions, self.order.i
+        sums = self.convolutions
+        i = self.order.i
         for step in steps:
             totals = []
             for c in sums.of([step]):
@@ -219,7 +235,8 @@ class Rows:
     def _next(self, steps, following):
         text = self.text
         for step in steps:
-            value, factor = None, self.scale
+            value = None
+            factor = self.scale
             if step.core is not None:
                 factor = text.mul(self.factor(step.factor), factor)
                 value = self.over(self.of(step.core), following, factor)

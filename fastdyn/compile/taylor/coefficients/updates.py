@@ -18,7 +18,9 @@ class Updates:
     """
 
     def __init__(self, online):
-        self.online, self.text, self.width = online, online.text, online.width
+        self.online = online
+        self.text = online.text
+        self.width = online.width
         self.wide = self.text.of(self.width)
         timed = online.timed
         self._all = [c for step in online.plan.steps for c in convolutions(step, timed)]
@@ -29,7 +31,8 @@ class Updates:
 
     def known(self):
         """The sums for the current order, by key."""
-        kind, found = self.wide.kind, {}
+        kind = self.wide.kind
+        found = {}
         for (what, key), registers in self.state.items():
             if what == "sum" and registers[0] is not None:
                 found[key] = self.text.new(f"extractelement {kind} {registers[0]}, i64 0")
@@ -37,7 +40,10 @@ class Updates:
 
     def add(self, v, order):
         """Add the products of an order's coefficients v to the sums."""
-        self.v, self.order, self._splats, self._weights = v, order, {}, {}
+        self.v = v
+        self.order = order
+        self._splats = {}
+        self._weights = {}
         before = {name: registers for name, registers in self.state.items() if name[0] != "sum"}
         after = {name: self._inserted(name, registers) for name, registers in before.items()}
         self.sums = {
@@ -55,7 +61,9 @@ class Updates:
         w(i) a[i] b[k].  For a Power with the exponent e, the products are (e k - i) a[k] c[i] and
         (e i - k) a[i] c[k], divided by (k + i) a0.
         """
-        key, (a, b), of_a = c.key[0], _names(c), []
+        key = c.key[0]
+        a, b = _names(c)
+        of_a = []
         factors = [] if c.factor is None else [self.online.factor(c.factor)]
         weights_of_b = weights_of_a = None
         if c.of_square:
@@ -74,7 +82,8 @@ class Updates:
 
     def _shifted(self, registers):
         """The sums, shifted by one lane."""
-        kind, found = self.wide.kind, []
+        kind = self.wide.kind
+        found = []
         lanes = ", ".join(f"i32 {i + 1}" for i in range(self.width))
         for r in range(len(registers)):
             above = registers[r + 1] if r + 1 < len(registers) else None
@@ -164,7 +173,10 @@ class Updates:
         return self._weights[exponent]
 
     def _weights_of(self, exponent, r):
-        text, wide, order, width = self.text, self.wide, self.order, self.width
+        text = self.text
+        wide = self.wide
+        order = self.order
+        width = self.width
         lanes = range(r * width + 1, (r + 1) * width + 1)
         i, e_i = (text.constant([f * j for j in lanes]) for f in (1.0, exponent))
         k = text.splat(order.number, width)

@@ -29,9 +29,13 @@ class Start:
     """
 
     def __init__(self, plan, text, invariant, known, sides):
-        self.plan, self.text, self.invariant, self.value = plan, text, invariant, known
+        self.plan = plan
+        self.text = text
+        self.invariant = invariant
+        self.value = known
         self.sides = sides
-        self.kept, self._truth = {}, {}
+        self.kept = {}
+        self._truth = {}
 
     def emit(self):
         """Emit the values of all steps."""
@@ -56,7 +60,8 @@ class Start:
         return self.value[node.key] if node.key in self.value else self.invariant(node)
 
     def _sum(self, step):
-        t, total = self.text, step.constant and self.invariant(step.constant)
+        t = self.text
+        total = step.constant and self.invariant(step.constant)
         for f, a in step.terms:
             total = t.fma(self.invariant(f), self.of(a), total)
         kept = []
@@ -68,7 +73,8 @@ class Start:
         return total
 
     def _quotient(self, step):
-        t, b = self.text, self.of(step.b)
+        t = self.text
+        b = self.of(step.b)
         inverse = t.div(ONE, b)
         top = self.invariant(step.factor)
         c = t.div(top if step.a is None else t.mul(top, self.of(step.a)), b)
@@ -76,7 +82,8 @@ class Start:
         return c
 
     def _power(self, step):
-        t, a = self.text, self.of(step.a)
+        t = self.text
+        a = self.of(step.a)
         inverse = t.div(ONE, a)
         c = t.mul(self.invariant(step.factor), self._powered(a, step.exponent))
         slope = t.mul(hexadecimal(step.exponent), inverse)
@@ -107,7 +114,8 @@ class Start:
         return c
 
     def _integral(self, step):
-        t, args = self.text, [self.of(a) for a in step.arguments]
+        t = self.text
+        args = [self.of(a) for a in step.arguments]
         if step.name == "atan2" and step.arguments[0].key in self.sides:
             side = t.mul(self.sides[step.arguments[0].key], hexadecimal(TINY))
             args[0] = t.select(t.compare("oeq", args[0], ZERO), side, args[0])
@@ -142,8 +150,10 @@ class Start:
 
     def difference(self, f, core):
         """The difference of a comparison's sides; if zero, the sign just behind the start."""
-        t, f = self.text, self.invariant(f)
-        value, after = t.mul(f, self.of(core)), t.mul(f, self.sides[core.key])
+        t = self.text
+        f = self.invariant(f)
+        value = t.mul(f, self.of(core))
+        after = t.mul(f, self.sides[core.key])
         return t.select(t.compare("oeq", value, ZERO), after, value)
 
 

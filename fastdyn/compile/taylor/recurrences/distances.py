@@ -30,12 +30,15 @@ def _isolated(rewrite, node, rest, sign):
     while not _is_root(rewrite, node):
         known = [rewrite.is_invariant(a) for a in node.args]
         if node.op == "neg":
-            node, rest, sign = node.args[0], g.neg(rest), TURNED[sign]
+            node = node.args[0]
+            rest = g.neg(rest)
+            sign = TURNED[sign]
         elif node.op in ("add", "sub") and sum(known) == 1:
             at = known.index(False)
             fixed, node, op = node.args[1 - at], node.args[at], node.op
             if op == "sub" and at == 1:
-                rest, sign = g.sub(fixed, rest), TURNED[sign]
+                rest = g.sub(fixed, rest)
+                sign = TURNED[sign]
             else:
                 rest = g.sub(rest, fixed) if op == "add" else g.add(rest, fixed)
         elif node.op in ("mul", "div") and sum(known) == 1 and not (node.op == "div" and known[0]):
@@ -43,7 +46,8 @@ def _isolated(rewrite, node, rest, sign):
             if factor.op != "const" or factor.data == 0.0:
                 return None
             rest = g.div(rest, factor) if node.op == "mul" else g.mul(rest, factor)
-            node, sign = node.args[known.index(False)], sign if factor.data > 0 else TURNED[sign]
+            node = node.args[known.index(False)]
+            sign = sign if factor.data > 0 else TURNED[sign]
         elif node.op == "sub" and rest.op == "const" and rest.data == 0.0:
             node, rest = node.args
         else:
@@ -52,8 +56,10 @@ def _isolated(rewrite, node, rest, sign):
 
 
 def _of_radicands(rewrite, root, rest, sign):
-    g, (base, exponent) = rewrite.graph, rewrite.power_of(root)
-    zero, other = g.const(0.0), rewrite.power_of(rest)
+    g = rewrite.graph
+    base, exponent = rewrite.power_of(root)
+    zero = g.const(0.0)
+    other = rewrite.power_of(rest)
     real = _never_below(g, base)
     if other[1] == exponent and not rewrite.is_invariant(rest):
         return g.both(g.both(real, _never_below(g, other[0])), g.compare(base, other[0], sign))

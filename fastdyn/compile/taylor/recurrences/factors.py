@@ -21,25 +21,31 @@ class Scaled:
         return known
 
     def _scaled(self, node):
-        g, factor = self.rewrite.graph, self.one
+        g = self.rewrite.graph
+        factor = self.one
         while not self.rewrite.is_invariant(node):
             if node.op == "neg":
-                factor, node = g.neg(factor), node.args[0]
+                factor = g.neg(factor)
+                node = node.args[0]
                 continue
             if node.op == "mul":
                 a, b = node.args
                 if self.rewrite.is_invariant(b):
                     a, b = b, a
                 if self.rewrite.is_invariant(a):
-                    factor, node = g.mul(factor, a), b
+                    factor = g.mul(factor, a)
+                    node = b
                     continue
-                (f, a), (h, b) = self(a), self(b)
+                f, a = self(a)
+                h, b = self(b)
                 product = g.mul(a, b)
                 if product is not node:
-                    factor, node = g.mul(factor, g.mul(f, h)), product
+                    factor = g.mul(factor, g.mul(f, h))
+                    node = product
                     continue
             if node.op == "div" and self.rewrite.is_invariant(node.args[1]):
-                factor, node = g.div(factor, node.args[1]), node.args[0]
+                factor = g.div(factor, node.args[1])
+                node = node.args[0]
                 continue
             return factor, node
         return g.mul(factor, node), None

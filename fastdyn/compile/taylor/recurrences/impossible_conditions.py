@@ -39,7 +39,8 @@ def _never_positive(node):
 
 def never_negative(node):
     """True if a node is made of squares, |x|, roots and constants >= 0 by sums and products."""
-    seen, todo = set(), [node]
+    seen = set()
+    todo = [node]
     while todo:
         one = todo.pop()
         if one.key in seen:

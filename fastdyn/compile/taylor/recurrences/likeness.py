@@ -42,7 +42,8 @@ class Likeness:
         return [a for is_factor, a in items(step, invariant) if not is_factor]
 
     def _refine(self):
-        users, colour = defaultdict(set), self.colour
+        users = defaultdict(set)
+        colour = self.colour
         for key, operands in self.strong.items():
             for slot, a in enumerate(operands):
                 users[a.key].add((colour[key], slot))

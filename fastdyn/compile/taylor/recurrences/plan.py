@@ -117,7 +117,9 @@ class Plan:
 
     def _compared(self, condition):
         """The comparisons in a condition; each gets an entry in `switch`."""
-        g, found, todo = self.graph, [], [condition]
+        g = self.graph
+        found = []
+        todo = [condition]
         while todo:
             node = todo.pop()
             if self.rewrite.is_invariant(node):
@@ -132,7 +134,9 @@ class Plan:
 
     def _cores(self, roots):
         """All cores in topological order; counts their uses."""
-        order, seen, roots = [], set(), list(roots)
+        order = []
+        seen = set()
+        roots = list(roots)
         for root in roots:  # the list grows
             todo = [] if root is None else [(root, False)]
             self.uses.update(core.key for core, _ in todo)
@@ -155,7 +159,8 @@ class Plan:
     def _steps(self, cores, roots):
         """The recurrences; a sum or product with a single use becomes part of a sum."""
         outer = {core.key: f for f, core in roots if core is not None}
-        taken, steps = set(), []
+        taken = set()
+        steps = []
         for core in reversed(cores):
             if core.key in taken or core.op in ("t", "y"):
                 continue
@@ -168,7 +173,11 @@ class Plan:
 
     def _sum(self, core, factor, taken):
         """A sum, with inner sums and products of a single use taken in."""
-        g, constant, terms, products, todo = self.graph, None, [], [], [(factor, core)]
+        g = self.graph
+        constant = None
+        terms = []
+        products = []
+        todo = [(factor, core)]
         while todo:
             outer, node = todo.pop()
             f, a = self.scaled(node)
@@ -224,7 +233,8 @@ class Plan:
 
     def _levels(self):
         """The level of each node, and its degree in time if the degree is 0 or 1."""
-        level, degree = {}, {}
+        level = {}
+        degree = {}
         for step in self.steps:
             needs = [x for known, x in items(step, self.rewrite.is_invariant) if not known]
             if isinstance(step, Integral):  # c[k] needs no g[k]

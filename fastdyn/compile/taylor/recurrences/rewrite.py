@@ -34,8 +34,10 @@ class Rewriter:
     """
 
     def __init__(self, graph):
-        self.graph, self.const = graph, graph.const
-        self._invariant, self._done = {}, {}
+        self.graph = graph
+        self.const = graph.const
+        self._invariant = {}
+        self._done = {}
 
     def is_invariant(self, node):
         """True if a node depends on neither the state nor the time."""
@@ -53,7 +55,9 @@ class Rewriter:
         return done[node.key]
 
     def _of(self, node, args):
-        g, op, operation = self.graph, node.op, OPERATIONS[node.op]
+        g = self.graph
+        op = node.op
+        operation = OPERATIONS[node.op]
         if not args or self.is_invariant(node):
             return node
         if op == "sub" and args[0].key > args[1].key:
@@ -85,7 +89,8 @@ class Rewriter:
 
         `left` and `right` are (original node, rewritten node).
         """
-        g, (a, b) = self.graph, (left[1], right[1])
+        g = self.graph
+        a, b = (left[1], right[1])
         if a is b:
             return g.const(op != "lt")
         for one, below in ((a, False), (b, True)):
@@ -149,7 +154,8 @@ class Rewriter:
 
     def call(self, name, *args, data=None):
         """A product or a function of rewritten nodes."""
-        g, operation = self.graph, OPERATIONS[name]
+        g = self.graph
+        operation = OPERATIONS[name]
         if name == "pow" and self.is_invariant(args[1]):
             base, exponent = args
             if exponent.op == "const":
@@ -177,7 +183,8 @@ class Rewriter:
 
 def _with_args(node, known):
     """A node and all nodes below, arguments first, without the known nodes."""
-    order, todo = [], [(node, False)]
+    order = []
+    todo = [(node, False)]
     seen = set()
     while todo:
         each, ready = todo.pop()
@@ -203,5 +210,6 @@ def _known_side(rewrite, x):
     parts = _known_side(rewrite, x.args[varying[0]]) if len(varying) == 1 else None
     if parts is None:
         return None
-    at, combine = varying[0], getattr(rewrite.graph, x.op)
+    at = varying[0]
+    combine = getattr(rewrite.graph, x.op)
     return parts[0], *[combine(*x.args[:at], side, *x.args[at + 1 :]) for side in parts[1:]]

@@ -12,7 +12,8 @@ from fastdyn.kernels.calls.block import FAILED
 # network of 10 oscillators takes 1.1 s in blocks of SHORT lines, 4.6 s in one block of 10 000.  A
 # kernel with a block above LONG lines is cut.  Cuts cost the seven bodies of the Pleiades, whose
 # longest block has 3400 lines, a tenth of their speed.
-LONG, SHORT = 4000, 500
+LONG = 4000
+SHORT = 500
 
 
 def hexadecimal(value):
@@ -24,7 +25,9 @@ class Lines:
     """The lines of one function."""
 
     def __init__(self):
-        self.lines, self.slots, self.declarations = [], [], {}
+        self.lines = []
+        self.slots = []
+        self.declarations = {}
         self._numbers = itertools.count(1)
 
     def put(self, line):
@@ -72,7 +75,8 @@ class Lines:
 
         `always` tells that first < end is known.
         """
-        name, place = f"each{next(self._numbers)}", self.slot("i64")
+        name = f"each{next(self._numbers)}"
+        place = self.slot("i64")
         self.put(f"store i64 {first}, ptr {place}")
         if always:
             self.put(f"br label %{name}")

@@ -9,12 +9,14 @@ class Loops:
     """Emits the orders from 2 on of an `Online`."""
 
     def __init__(self, series):
-        self.series, self.text = series, series.text
+        self.series = series
+        self.text = series.text
 
     def _phases(self):
         """Yield (first order, last order, whether lanes are added, registers) for each loop."""
         one = self.series
-        width, lanes = one.width, one.lanes
+        width = one.width
+        lanes = one.lanes
         for r in range(1, one.registers + 1):
             yield max(2, (r - 1) * width + 1), min(r * width, lanes), True, r
         first = lanes + 1
@@ -24,7 +26,8 @@ class Loops:
             first = max(first, last + 1)
 
     def emit(self):
-        text, one = self.text, self.series
+        text = self.text
+        one = self.series
         self._rooms = {name: text.slot(kind) for name, _, _, kind in self._passed(one.registers)}
         self._keep(one.registers)
         for first, last, grows, here in self._phases():

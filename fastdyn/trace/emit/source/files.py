@@ -100,9 +100,11 @@ def _comment(lines):
 
 def statements(written, language, indent):
     """The statements of a function, with its results in `out`."""
-    lines, known = list(written.lines), LANGUAGES[language]
+    lines = list(written.lines)
+    known = LANGUAGES[language]
     if written.raises:
-        n, counter = len(written.results), "int" if language == "c" else "let"
+        n = len(written.results)
+        counter = "int" if language == "c" else "let"
         lines += [f"if ({written.raises}) {{", f"    for ({counter} i = 0; i < {n}; i++)",
                   f"        out[i] = {known.nan};", f"    return {known.true};", "}"]  # fmt: skip
     plus = "+" if language == "js" else ""  # of a truth value, a number

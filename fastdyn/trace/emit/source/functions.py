@@ -76,7 +76,8 @@ class Exported:
 
     def _parameters(self):
         """The index in `p` of each slot; a slot that is part of the code has none."""
-        reads, found = self.trace.reads, {}
+        reads = self.trace.reads
+        found = {}
         for group in reads.groups:
             index = self.places.get(place_of(reads.rows, group.row))
             if index is not None:

@@ -50,7 +50,8 @@ class Language(NamedTuple):
     def helpers(self, text):
         """The helpers that a text calls, and the helpers of these, in the order of the file."""
         known = helpers_of(self.field)
-        wanted, todo = set(), [text]
+        wanted = set()
+        todo = [text]
         while todo:
             called = set(re.findall(r"\b\w+(?=\()", todo.pop())) & known.keys() - wanted
             wanted |= called

@@ -43,7 +43,9 @@ class Writer:
     """
 
     def __init__(self, language, graph, parameter):
-        self.language, self.graph, self.parameter = language, graph, parameter
+        self.language = language
+        self.graph = graph
+        self.parameter = parameter
         self.lines: list[str] = []
         self.tables: dict[str, str] = {}
         self._texts: dict[int, str] = {}
