@@ -53,6 +53,16 @@ def consistent(equations, problem, given):
     return both
 
 
+def consistent_behind(equations, problem, t, both):
+    """[y, y'] with F = 0 behind a jump at t; an exception of F there is the user's, and is raised.
+
+    Components whose derivatives occur in F are held, others and all derivatives are computed.
+    """
+    there = equations.at(t)
+    there.raise_own(both)
+    return consistent(there, problem._replace(t0=t, y0=both), "differential")
+
+
 def _with_all_derivatives(equations, p, both, rates, free, given):
     """[y, y'] with the part of y' that does not occur in F: the constraints hold at all times.
 

@@ -42,6 +42,11 @@ class Equations:
         other._t = t
         return other
 
+    def raise_own(self, both):
+        """Raise the exception that F raises at [y, y']."""
+        with np.errstate(all="ignore"):
+            self._bound.python(self._t, both.copy())
+
     def residual(self, both):
         """The n numbers of F; NaN where F raises, at a state that the user did not give."""
         try:

@@ -6,7 +6,7 @@ from fastdyn.compile.functions import with_callback
 from fastdyn.compile.mode import JUMP
 from fastdyn.compile.python_callback import Callback, Held, derivative
 
-from .consistent import consistent
+from .consistent import consistent_behind
 
 
 def with_jumps(problem, change):
@@ -45,8 +45,7 @@ def consistent_jump(problem, equations, act):
         y = derivative(act(t, both[:n].copy(), *args), n, JUMP)
         if not np.isfinite(y).all():
             return np.concatenate([y, both[n:]])  # the run ends and says why
-        start = problem._replace(t0=t, y0=np.concatenate([y, both[n:]]))
-        return consistent(equations.at(t), start, "differential")
+        return consistent_behind(equations, problem, t, np.concatenate([y, both[n:]]))
 
     return jump
 

@@ -8,7 +8,7 @@ from fastdyn.run.functions.python_between import of_python_between
 from fastdyn.run.loop import Run
 from fastdyn.run.solve_problem import load_kernels
 
-from .consistent import consistent
+from .consistent import consistent, consistent_behind
 from .equations import Equations
 from .index import index_of
 from .jumps import consistent_jump, with_acting, with_jumps
@@ -30,7 +30,7 @@ def run_of(problem, held, breakpoints=None, longer=None):
     index = index_of(equations.jacobian(p.y0), equations.n, equations.noise, equations.rates(p.y0))
 
     def again(t, both):
-        return consistent(equations.at(t), p._replace(t0=t, y0=both), "differential")
+        return consistent_behind(equations, p, t, both)
 
     if longer is None:
         whole = with_jumps(p, lambda act: consistent_jump(p, equations, act))

@@ -13,6 +13,7 @@ from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.python_callback import called_with, evaluate
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked
+from fastdyn.problem.options.table import value_of
 from fastdyn.problem.schedules import listed
 from fastdyn.problem.step_options import segments_of_span
 from fastdyn.run.outcome import result_of
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 # Methods whose interpolant has the order of the method less one at least.
 METHODS = ("Tsit5", "Vern7", "Vern9", "DOP853")
 OPTIONS = ("rtol", "atol", "max_step", "first_step", "max_steps", "progress", "compile")
+PRECISE = 1e-6  # relative tolerance below which "auto" takes the higher order
 VANISHING = 1e-9  # share of the time below which a delay is zero: steps are not as short
 
 
@@ -107,7 +109,7 @@ def solve_dde(
     if not t0 < tf < math.inf:
         raise ValueError(f"`t_span` must be finite and ascend; got ({t0}, {tf}).")
     if method == "auto":
-        method = "Vern7" if np.min(options.get("rtol", 1e-3)) < 1e-6 else "Tsit5"
+        method = "Vern7" if np.min(value_of(options, "rtol")) < PRECISE else "Tsit5"
     if method not in METHODS:
         known = f"choose from auto, {', '.join(METHODS)}, whose interpolants are precise enough."
         meant = did_you_mean(method, METHODS, form='"{}"') or known

@@ -96,8 +96,6 @@ def _solved(solver, fun, history, tspan, options, lags):
     given = odeset(options or {})
     times = times_of(tspan)
     chosen: dict[str, Any] = {ours: given[name] for name, ours in TAKEN.items() if name in given}
-    chosen.setdefault("rtol", 1e-3)
-    chosen.setdefault("atol", 1e-6)
     known = history.result if isinstance(history, Solution) else history
     result: Any = solve_dde(
         fun, (times[0], times[-1]), known, "Tsit5", dense_output=True, delays=lags, **chosen

@@ -6,6 +6,7 @@ import numpy as np
 
 from fastdyn.compile.sentences import warn
 from fastdyn.plot.needed import needed
+from fastdyn.problem.options.table import TOLERANCES
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong, takes
 
@@ -182,7 +183,7 @@ def _solve_boundary(name, odefun, bcfun, solinit, options):
     def bc(ya, yb, *p):
         return np.ravel(bcfun(ya, yb, *p))
 
-    tol = odeset(options or {}).get("RelTol", 1e-3)
+    tol = odeset(options or {}).get("RelTol", TOLERANCES["rtol"])
     result: Any = solve_bvp(fun, bc, solinit["x"], solinit["y"], p, tol=tol)
     if not result.success:
         warn(f"Failure in {name}: {result.message}")

@@ -51,6 +51,7 @@ class Asked(NamedTuple):
 @shown_when_wrong(
     step=kinds.number, paths=kinds.whole, refine=kinds.whole, threads=kinds.whole,
     method=kinds.text, calculus=kinds.text, noise=kinds.text, progress=kinds.flag,
+    t_eval=kinds.times, rng=kinds.seed,
 )  # fmt: skip
 def solve_sde(
     drift: Function,
@@ -164,7 +165,7 @@ def solve_sde(
 @shown_when_wrong(
     accel=kinds.function_of("(t, q)"), step=kinds.number, paths=kinds.whole, refine=kinds.whole,
     threads=kinds.whole, method=kinds.text, friction=kinds.numbers, sigma=kinds.numbers,
-    progress=kinds.flag,
+    progress=kinds.flag, t_eval=kinds.times, rng=kinds.seed,
 )  # fmt: skip
 def solve_langevin(
     accel: Function,
@@ -262,10 +263,10 @@ def _states(y0, name="y0"):
     array = np.asarray(y0)
     if array.dtype.kind == "c":
         raise ValueError(f"`{name}` must be real: give real and imaginary parts as components.")
+    if array.ndim > 2 or array.dtype.kind not in "fiub":
+        raise TypeError(f"`{name}` must be numbers, of shape (n,) or (M, n); got {shown(y0)}.")
     if array.ndim < 2:
         return initial_state(y0)
-    if array.ndim > 2 or array.dtype.kind not in "fiub":
-        raise ValueError(f"`{name}` must be numbers of shape (n,) or (M, n); got {shown(array)}.")
     return array.astype(float)
 
 

@@ -93,6 +93,11 @@ class Event:
         return {name: getattr(self, name) for name in (*RULES, "last")}
 
     @property
+    def has_occurred(self):
+        """True if the event has occurred before the run."""
+        return not math.isnan(self.last)
+
+    @property
     def name(self):
         """The name of the user's function; None without a name."""
         return getattr(self.function, "__name__", None)

@@ -98,12 +98,19 @@ def note(asked, method, problem):
 
 
 def _listed(events):
-    """The event functions as a list or tuple; TypeError for what can be read once."""
+    """The event functions as a list or tuple; TypeError for what calls again do not take.
+
+    These are what can be read once, and events that have occurred before the run: their rules are
+    not those of their functions.
+    """
     if callable(events) or events.__class__ is Event:
-        return (events,)
-    if events.__class__ is list or events.__class__ is tuple:
-        return events
-    raise TypeError
+        events = (events,)
+    if events.__class__ is not list and events.__class__ is not tuple:
+        raise TypeError
+    for event in events:
+        if event.__class__ is Event and event.has_occurred:
+            raise TypeError
+    return events
 
 
 def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, options, *derivatives):

@@ -174,6 +174,14 @@ def jacobian(name, value):
         matrix_or_function(name, value)
 
 
+def seed(name, value):
+    """What makes a generator of random numbers, as `numpy.random.default_rng` takes it."""
+    try:
+        np.random.default_rng(value)
+    except (TypeError, ValueError):
+        refuse(name, "a seed, a SeedSequence or a Generator", value)
+
+
 def _are_real(value):
     """Whether a value is a real number, or an array of them in any form."""
     if isinstance(value, abstract.Real):

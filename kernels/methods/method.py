@@ -204,12 +204,16 @@ def method(name, *, start, dense_rows, **fields):
 
 
 def _place(function):
-    """The name of a function behind that of its module; alone if a call has made the function."""
+    """The name of a function behind that of its module in `kernels`.
+
+    Alone if a call has made the function, or the module is not in `kernels`.
+    """
     name = function.py_func.__name__
     module = function.py_func.__module__
-    if getattr(sys.modules[module], name, None) is not function:
+    place = module.partition("kernels.")[2]
+    if not place or getattr(sys.modules[module], name, None) is not function:
         return name
-    return f"{module.partition('kernels.')[2]}.{name}"
+    return f"{place}.{name}"
 
 
 def with_complex_states(method, kernel, start):

@@ -257,7 +257,7 @@ def _meet(events, first, n, end, d, s, scratch):
     for k in range(first, end):
         e = table[events.index[k]]
         if abs(events.t[k] - t) <= near(t) or (k > n and _is_over(events, first, k)):
-            if abs(e.g_new) > JUMP * e.size:  # behind a jump, the value tells the sign
+            if e.series != 0 and abs(e.g_new) > JUMP * e.size:  # behind a jump of the function
                 e.noise = 0.0
             else:
                 e.noise = e.size * (ROUNDING + near(t) / abs(h)) + APART * abs(e.g_new)

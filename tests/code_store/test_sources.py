@@ -25,12 +25,13 @@ FOLDERS = sorted(
     | {"kernels"}
 )
 MAKERS = {"assembled", "compiled", "linked", "without_function"}  # of code_store
-COMPILER = {"compile", "trace"}
+COMPILER = {"compile", "noise", "trace"}  # `noise` makes loops around functions of users
 # What tells Numba something that holds for the whole process, whoever imports the module.
 FOR_ALL_CODE = {
     "kernels.algebra.for_numba", "kernels.state.constant", "kernels.vector.number",
     "kernels.vector.scalar_or_vector",
 }  # fmt: skip
+IMPORTS = (ast.Import, ast.ImportFrom)
 RECIPES = scalar.every_kernel()
 
 
@@ -153,7 +154,7 @@ def calls():
             yield scalar._shared(name, True).key, f"dispatchers.shared({method_}, True)"
         if not method.series:
             yield scalar._shared(name).key, f"dispatchers.shared({method_}, False)"
-        if scalar.inlines(name, 2) and not method.series:
+        if scalar.inlines(name, 2, None) and not method.series:
             yield f"waits {name}", f"dispatchers.without_function({name!r}, 2)"
         if method.batched:
             yield f"waits {name}", f"dispatchers.stages({name!r}, 2)"
@@ -252,11 +253,20 @@ def test_a_new_folder_counts_as_one_that_makes_code():
 
 def named(tree):
     """The names of code_store's functions that a module uses."""
-    for node in ast.walk(tree):
+    imported, places = set(), {"code_store"}  # `places`: modules and classes of code_store
+    nodes = list(ast.walk(tree))
+    for node in nodes:
+        for alias in getattr(node, "names", ()) if isinstance(node, IMPORTS) else ():
+            whole = f"{getattr(node, 'module', None)}.{alias.name}"
+            if "code_store" in whole.split("."):
+                imported.add(alias.name)
+                places.add(alias.asname or alias.name)
+    yield from imported
+    for node in nodes:
         if isinstance(node, ast.Attribute):
-            yield node.attr
-        elif isinstance(node, ast.ImportFrom) and "code_store" in (node.module or ""):
-            yield from (alias.name for alias in node.names)
+            of = node.value
+            if getattr(of, "id", getattr(of, "attr", None)) in places:
+                yield node.attr
 
 
 @pytest.mark.parametrize("folder", sorted(covered._WITHOUT))

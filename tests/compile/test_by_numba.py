@@ -141,6 +141,7 @@ def test_other_modes_stay_in_python():
         "residual",
         "event",
         "projection",
+        "history",
     ]
     for mode in (MATRIX, JUMP):
         bound = bind(matrix, (), mode, 2, Near(0.0, 1.0, START))

@@ -75,6 +75,21 @@ def test_many_factors_lie_on_the_heap():
     assert np.abs(r.sensitivity["w"][:, 3, 5] - (ends[0] - ends[1]) / (2 * h)).max() < 1e-7
 
 
+def test_a_limit_in_the_state_that_does_not_change_is_met_as_a_constant_is():
+    k, y0 = np.linspace(0.5, 1, 39), np.linspace(0.4, 1, 40)
+
+    def found(limit):
+        def ramp(t, y, k):
+            faster = 1.0 + 2.0 * np.maximum(t - limit(y), 0.0)
+            return np.concatenate([np.zeros(1), np.roll(y[1:], 1) - k * y[1:] * faster])
+
+        return solve_ivp(ramp, (0, 1), y0, args=(k,), rtol=1e-9, atol=1e-9, sensitivity="k")
+
+    held, constant = found(lambda y: y[0]), found(lambda y: y0[0])
+    assert np.array_equal(held.t, constant.t)
+    assert np.abs(held.sensitivity["k"] - constant.sensitivity["k"]).max() < 1e-13
+
+
 def test_a_function_that_raises_does_so_with_its_sensitivities():
     def raises(t, y, k):
         if y[0] > 2.0:

@@ -92,6 +92,7 @@ def test_a_singularity_that_a_step_passes_ends_its_trajectory_alone():
     assert found.status.tolist() == [0, -1, 0, -1]
     for i in (1, 3):
         single = solve_dae(shrinking, (0, 2), starts[i], args=(rates[i],), **given)
+        assert single.status == -1 and not single.success
         assert found.message(i) == single.message and "singular between t = " in single.message
         assert found[i].t.tolist() == single.t.tolist() == [0.0, 0.5]
         assert found.t_end[i] < 1 / rates[i] and np.isnan(found.y[i, :, 2]).all()

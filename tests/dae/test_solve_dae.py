@@ -160,14 +160,15 @@ def test_callables_of_all_kinds():
             assert run.y[1, -1] == pytest.approx(math.exp(-gain), abs=1e-8)
 
 
-def test_an_exception_of_f_is_raised():
+@pytest.mark.parametrize("options", [{}, {"sensitivity": ["y0"]}], ids=["alone", "tangent"])
+def test_an_exception_of_f_is_raised(options):
     def F(t, y, yp):
         if t > 1.0:
             raise ArithmeticError("out of range")
         return linear(t, y, yp)
 
     with pytest.raises(ArithmeticError, match="out of range"):
-        solve_dae(F, (0, 6), *START)
+        solve_dae(F, (0, 6), *START, **options)
 
 
 def test_a_limit_of_steps_and_what_is_not_a_number():

@@ -97,8 +97,9 @@ def solved(function, network, method, fun="fun", **options):
 @pytest.mark.parametrize("kind", NETWORKS, ids=str)
 @pytest.mark.parametrize("method", METHODS)
 def test_counts_are_scipys_in_each_layout(method, kind, form, monkeypatch):
-    network, seen, layout = NETWORKS[kind], [], matrices._layout
-    monkeypatch.setattr(matrices, "_layout", lambda *given: seen.append(layout(*given)) or seen[-1])
+    network, seen, layout = NETWORKS[kind], [], matrices.layout_of
+    looked = lambda *given: seen.append(layout(*given)) or seen[-1]  # noqa: E731
+    monkeypatch.setattr(matrices, "layout_of", looked)
     fun = "fun" if form == "exact" else "in_python"
     jac = network.jac(0, network.y0)
     options = {"exact": {}, "given": {"jac": network.jac}, "constant": {"jac": jac}}.get(form)
@@ -133,8 +134,9 @@ def test_rodas_has_the_end_of_full_matrices_in_each_layout(kind, mass, monkeypat
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_lsoda_takes_the_steps_of_full_matrices_in_each_layout(kind, monkeypatch):
-    network, seen, layout = NETWORKS[kind], [], matrices._layout
-    monkeypatch.setattr(matrices, "_layout", lambda *given: seen.append(layout(*given)) or seen[-1])
+    network, seen, layout = NETWORKS[kind], [], matrices.layout_of
+    looked = lambda *given: seen.append(layout(*given)) or seen[-1]  # noqa: E731
+    monkeypatch.setattr(matrices, "layout_of", looked)
     found = solved(solve_ivp, network, "LSODA")
     monkeypatch.setattr(matrices, "_takes_all", lambda *given: True)
     monkeypatch.setattr(solve_problem, "_idle", memory.Table())

@@ -214,7 +214,7 @@ WITHOUT = [  # what a result, an ensemble or a module does not have
     (lambda: ENSEMBLE["theta"], "trajectories are numbered: ensemble[0]['theta']"),
     (lambda: systems.pendulm, "did you mean `pendulum`?"),
     (lambda: fastdyn.solve_ipv, "did you mean `solve_ivp`?"),
-    (lambda: fastdyn.odeint, "did you mean `solve_ivp`?"),
+    (lambda: fastdyn.odeintt, "did you mean `odeint`?"),
     (lambda: PENDULUM.solve(params={"l": 2.0}), "are its parameters; set them by name, pendulum("),
 ]
 

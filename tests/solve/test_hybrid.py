@@ -215,7 +215,7 @@ def test_only_the_state_is_kept_inside(method, fun):
         fun, (0.0, 5.0), [1.0], method, nonnegative=True, dense_output=True,
         on_event=lambda t, y, d: (y, d), **given,
     )  # fmt: skip
-    assert run.sol(np.linspace(0.0, 5.0, 2001)).min() >= 0.0
+    assert run.success and run.sol(np.linspace(0.0, 5.0, 2001)).min() >= 0.0
     run = solve_ivp(
         fun, (0.0, 5.0), [1.0], method, domain=lambda t, y, d: y[0] - 0.3 * d[0],
         on_event=lambda t, y, d: (y, [0.5]), **given,

@@ -20,9 +20,9 @@ OF_KERNELS = frozenset({"kernels", "specialise", "code_store"})  # the folders t
 # The folders that make no code.  A folder that is not named counts as one that makes the code of
 # functions: a new folder is safe.  A test sees that these folders make none.
 _WITHOUT = {
-    "__pycache__", "analysis", "cli", "course", "dae", "derive", "drift", "ensemble", "explore",
-    "fitting", "matlab", "planets", "plot", "problem", "run", "solve", "systems",
-    "words",
+    "__pycache__", "analysis", "cli", "course", "dae", "delays", "derive", "drift", "ensemble",
+    "explore", "fitting", "integrate", "matlab", "pages", "planets", "plot", "problem", "run",
+    "solve", "systems", "words",
 }  # fmt: skip
 _MAKING = OF_KERNELS | {
     folder.name for folder in os.scandir(PACKAGE) if folder.is_dir() and folder.name not in _WITHOUT

@@ -14,6 +14,7 @@ from llvmlite import ir
 
 from fastdyn.trace.emit.memory import WIDTH, Memory
 from fastdyn.trace.emit.numbers import INDEX, REAL, WORD
+from fastdyn.trace.switching.switches import held_components
 
 from ..functions import GROWING
 from ..traced.code import Traced
@@ -55,9 +56,13 @@ class Columns(Traced):
         with GROWING:
             return self._outputs()
 
-    @functools.cached_property
-    def switches(self):
-        return self._factors.switches
+    @property
+    def held(self):
+        n, _ = self._shape
+        return held_components(self._factors.stored[:n])  # of S, none: no factor depends on S
+
+    def switches_by(self, slots, held=()):
+        return self._factors.switches_by(slots, held)
 
     def key(self):
         place = repr((self._factors.key(), self._shape, self._by_state, self._by_parameter))

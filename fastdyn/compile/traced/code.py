@@ -16,7 +16,7 @@ from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, refused_as
 from fastdyn.trace.graph.rows import digest as label
 from fastdyn.trace.operations import OPERATIONS
-from fastdyn.trace.switching.switches import switches
+from fastdyn.trace.switching.switches import held_components, switches
 
 from ..functions import Function
 from ..parameters import FLOAT, n_words
@@ -96,6 +96,11 @@ class Traced:
     def switches(self):
         """The Switches of the function; None if it does not switch with the time alone."""
         return self.switches_by(())
+
+    @property
+    def held(self):
+        """The components of the state that do not change, if the results are its derivatives."""
+        return held_components(self.stored)
 
     def switches_by(self, slots, held=()):
         """The Switches of the function and of its derivatives by the parameters at slots.

@@ -190,6 +190,7 @@ def _result(reduction, given, found, last, log):
         x = np.reshape(x, (len(at), len(system.states)))[here].T
         states.append(components(system, at[here], x, project=True).T)
     result = OdeResult(found)
+    result.success = found.status >= 0  # a singularity or a jump on the way changed the status
     result.t = t
     result.y = y
     result.sol = sol if given.dense_output else None

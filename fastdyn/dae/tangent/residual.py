@@ -17,7 +17,7 @@ from fastdyn.run.functions.bound import bind_functions
 from fastdyn.run.functions.compared import off_the_solution
 from fastdyn.run.matrices.check_jacobian import STEP
 
-from ..consistent import completed, consistent, held_of, solution
+from ..consistent import completed, consistent_behind, held_of, solution
 from ..index import names
 from ..jumps import with_jumps
 from .acting import Acting
@@ -75,7 +75,7 @@ class Tangent:
 
     def consistent(self, t, start):
         """The consistent [y, y'] at a time, whose differential components hold."""
-        return consistent(self._equations.at(t), start, "differential")
+        return consistent_behind(self._equations, start, t, start.y0)
 
     def again(self, t, z):
         """The consistent [y, S, y', S'] at a time, whose differential components hold."""

@@ -7,7 +7,6 @@ import numpy as np
 from fastdyn.compile.derivatives.sensitivities import slots_of
 from fastdyn.trace.reads.reads import flat
 from fastdyn.trace.switching.divisions import MOST_TOLD
-from fastdyn.trace.switching.switches import held_components
 
 from .deciding import Deciding
 
@@ -74,7 +73,7 @@ def held_of(bound):
     function = bound.function
     if function is None or function.traced is None or function.in_batches or bound.pair:
         return ()
-    return held_components(function.traced.stored) if not bound.mode.second_order else ()
+    return function.traced.held if not bound.mode.second_order else ()
 
 
 def switches_of(bound, held=(), differentiated=()):

@@ -18,5 +18,5 @@ def _unknown(data, t, _):
 
 add(
     Operation("past", _unknown, inner=True, cost=60, c=None, js=None, words="a state in the past"),
-    Operation("of_past", lambda i, found: found[..., i], c=None, js=None),
+    Operation("of_past", lambda i, found: found[..., i], c=None, js=None, words="a past state"),
 )

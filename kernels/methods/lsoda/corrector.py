@@ -32,7 +32,9 @@ def _factors(work, block):
 
 @njit(**INTERNAL)
 def _increment(work, j, noise):
-    """The displacement of component j."""
+    """The displacement of component j; of one with an infinite tolerance by its size alone."""
+    if work[WEIGHT, j] == 0.0:
+        return np.sqrt(EPS) * max(abs(work[Z, j]), 1.0)
     return max(np.sqrt(EPS) * abs(work[Z, j]), noise / work[WEIGHT, j])
 
 
@@ -101,7 +103,8 @@ def _cut(s, work):
 def _sum_rows(s, work, block):
     """For each row of the Jacobian, the sum of |element| / weight of its column.
 
-    The sum runs over the entries of a sparse Jacobian, or over the band.
+    The sum runs over the entries of a sparse Jacobian, or over the band, without the columns of
+    components with an infinite tolerance, which the norm does not measure.
     """
     n = work.shape[1]
     given = block[JACOBIAN]
@@ -113,10 +116,14 @@ def _sum_rows(s, work, block):
         rows = FIRST + words[N_ENTRIES]
         begins = rows + words[N_ENTRIES]
         for j in range(n):
+            if work[WEIGHT, j] == 0.0:
+                continue
             for e in range(words[begins + j], words[begins + j + 1]):
                 work[FOUND, words[rows + e]] += abs(entries[e]) / work[WEIGHT, j]
         return
     for j in range(n):
+        if work[WEIGHT, j] == 0.0:
+            continue
         for i in range(max(0, j - s.upper), min(n, j + s.lower + 1)):
             work[FOUND, i] += abs(work[J + j, i]) / work[WEIGHT, j]
 
