@@ -291,9 +291,12 @@ def links(name, function):
 
 
 def in_stages(name, function):
-    """True if a method evaluates a function for all stages at once, on vectors."""
+    """True if a method evaluates a function for all stages at once, on vectors.
+
+    Not if the pointer form is made of loops: their elementary functions have other bits.
+    """
     in_vectors = function.traced and not function.in_batches and function.mode.in_vectors
-    return BY_NAME[name].batched and in_vectors
+    return BY_NAME[name].batched and in_vectors and not function.traced.in_loops
 
 
 def _stages(key, name, function, n):

@@ -126,6 +126,15 @@ class Traced:
             return None
 
     @functools.cached_property
+    def in_loops(self):
+        """Whether loops compute single numbers, with formulas as elementary functions."""
+        if self.in_batches:
+            return False
+        from .pointer_form import loops_of
+
+        return loops_of(self) is not None
+
+    @functools.cached_property
     def n_operations(self):
         """The number of operations in which the results are computed, one for each element."""
         return sum(node.op not in OPERANDS for node in live(self.stored))

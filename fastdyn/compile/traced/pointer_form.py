@@ -35,14 +35,14 @@ def text(traced, symbol, around=lambda body: body):
     """
     if traced.in_batches:
         return text_in_rows(traced, traced.plan, symbol)
-    plan = _loops(traced)
+    plan = loops_of(traced)
     if plan is not None:
         with contextlib.suppress(Refusal, RecursionError):  # a long chain of numbers
             return _text(symbol, around(functools.partial(_in_rows, traced, plan)))
     return _text(symbol, around(functools.partial(body, traced)))
 
 
-def _loops(traced):
+def loops_of(traced):
     """The Plan of a function that is faster in loops; None for a function that is not.
 
     Few components without elementary functions stay straight-line code: loops read vectors across
