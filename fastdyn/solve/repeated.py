@@ -108,7 +108,7 @@ def _listed(events):
     if events.__class__ is not list and events.__class__ is not tuple:
         raise TypeError
     for event in events:
-        if event.__class__ is Event and event.has_occurred:
+        if isinstance(event, Event) and event.has_occurred:
             raise TypeError
     return events
 
