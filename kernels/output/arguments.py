@@ -194,8 +194,9 @@ class Launch(NamedTuple):
 # Words of the history of a delay equation, see `state_before` of `dense_output.py`: addresses of
 # the polynomials, of their (start, size), and of the number of polynomials; rows of a polynomial;
 # the start of the solve; whether later times than the last step have the state at the start (before
-# a solve, while code is compared with its function); the address of the block of the history
-# function; from PAST_HINT on, the last polynomial of each place that reads the past.
-PAST_D, PAST_SPANS, PAST_COUNT, PAST_ROWS, PAST_T0, PAST_STILL, PAST_HISTORY, PAST_HINT = range(8)
+# a solve, while code is compared with its function); the addresses of the blocks of the history and
+# of its derivative; from PAST_HINT on, the last polynomial of each place that reads the past.
+PAST_D, PAST_SPANS, PAST_COUNT, PAST_ROWS, PAST_T0, PAST_STILL, PAST_HISTORY = range(7)
+PAST_HINT = PAST_HISTORY + 2
 PAST_PLACES = 8  # places with a hint of their own
 PAST_WORDS = PAST_HINT + PAST_PLACES

@@ -67,6 +67,19 @@ def polynomial(d, x, out):
 
 
 @njit(**INTERNAL)
+def slope_of_polynomial(d, x, h, out):
+    """The derivative by t at x in [0, 1] of a step of size h, written to `out` of length n."""
+    last = d.shape[0] - 1
+    for i in range(d.shape[1]):
+        total = d[last, i] + 0.0
+        slope = 0.0
+        for j in range(last, 0, -1):
+            slope = slope * _factor(x, j) + (total if (j - F) % 2 == 0 else -total)
+            total = d[j - 1, i] + total * _factor(x, j)
+        out[i] = slope / h
+
+
+@njit(**INTERNAL)
 def polynomials(d, t_old, h, times, first, end, out):
     """The values at times[first:end] of the step from t_old, written to these rows of `out`.
 
@@ -185,16 +198,17 @@ def _found(spans, count, t, hint):
 
 
 @njit(**INTERNAL)
-def state_before(history, place, t, out):
-    """Write the state at time t to `out`; NaN if t is later than the last step.
+def state_before(history, place, t, order, out):
+    """Write the state at time t, or its derivative, to `out`; NaN behind the last step.
 
     A delay equation reads the dense output of its own solve.  `history` is the array of words of
-    `arguments.py`; `place` numbers the reads of the function.
+    `arguments.py`; `place` numbers the reads of the function, `order` is 0, or 1 for the
+    derivative, which is that of the step that begins where two steps meet.
     """
     words = words_at(address_of(history))
     t0 = history[PAST_T0]
     if not t > t0 or words[PAST_STILL] != 0:
-        call_function(words[PAST_HISTORY], min(t, t0), out, out)
+        call_function(words[PAST_HISTORY + order], min(t, t0), out, out)
         return 0
     count = words_at(words[PAST_COUNT])[0]
     spans = carray(numbers_at(words[PAST_SPANS]), (count + 1, 2))
@@ -204,11 +218,15 @@ def state_before(history, place, t, out):
             out[i] = float("nan")
         return 0
     if count == 0:
-        call_function(words[PAST_HISTORY], t0, out, out)
+        call_function(words[PAST_HISTORY + order], t0, out, out)
         return 0
     at = _found(spans, count, t, words[PAST_HINT + place])
     words[PAST_HINT + place] = at
     rows = words[PAST_ROWS]
     d = carray(numbers_at(words[PAST_D] + 8 * at * rows * len(out)), (rows, len(out)))
-    polynomial(d, (t - spans[at, 0]) / spans[at, 1], out)
+    x = (t - spans[at, 0]) / spans[at, 1]
+    if order == 0:
+        polynomial(d, x, out)
+    else:
+        slope_of_polynomial(d, x, spans[at, 1], out)
     return 0

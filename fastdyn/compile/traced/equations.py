@@ -116,12 +116,12 @@ def _entry(emitter, node, args):
 def _past(emitter, node, args):
     """The address of the n numbers of the state at an earlier time."""
     b = emitter.builder
-    n, n_words = node.data
+    n, n_words, order = node.data
     numbers = _room(b, REAL, n)
     history = emitter.source.table(node.args[1].data)
     time = b.bitcast(args[0], WORD)
     place = WORD(node.args[0].key % PAST_PLACES)
-    words = [*_row(b, history, n_words), place, time, *_row(b, numbers, n)]
+    words = [*_row(b, history, n_words), place, time, WORD(order), *_row(b, numbers, n)]
     _called(b, PAST, words)
     return numbers
 
@@ -134,3 +134,4 @@ def calls_kernels():
     BY_KERNELS["entry"] = _entry
     BY_KERNELS["past"] = _past
     BY_KERNELS["of_past"] = _entry
+    BY_KERNELS["of_slope"] = _entry
