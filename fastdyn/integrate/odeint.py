@@ -6,15 +6,18 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.compile.bind import or_in_python
 from fastdyn.compile.python_callback import OtherMatrix, OtherShape
 from fastdyn.compile.sentences import WritesToState
 from fastdyn.kernels.state.record import STATE
 from fastdyn.problem.lsoda import ORDERS
 from fastdyn.run.enough_memory import KeepsBands
+from fastdyn.run.loop import announce
+from fastdyn.run.solve_problem import in_time
 from fastdyn.words.kinds import function_of, shown
 from fastdyn.words.raised import argument_names, of_solve_ivp
 
-from . import again, messages, steps
+from . import again, few, messages, steps
 from .equations import highest_orders, problem_of, tolerance
 from .steps import EPS, Information, Watcher, infodict_of, too_accurate
 
@@ -108,8 +111,10 @@ def odeint(
     Notes
     -----
     Steps pass the times of output, where the state is interpolated: `func` is called beyond
-    ``t[-1]``.  A call that has one of `full_output`, `tcrit`, `ixpr` or tolerances below 2.2e-14
-    takes its steps one by one, in about 5 us each.
+    ``t[-1]``.  SciPy's code calls a function in Python until the function has had 16 000
+    evaluations in all its solves; then the function is compiled.  A compiled call with one of
+    `full_output`, `tcrit`, `ixpr` or tolerances below 2.2e-14 takes its steps one by one, in about
+    5 us each.
 
     Examples
     --------
@@ -120,9 +125,18 @@ def odeint(
     """
     if args.__class__ is not tuple:
         args = (args,)
-    plain = tcrit is None and not (ixpr or printmessg)
+    given = (
+        func, y0, t, args, Dfun, col_deriv, full_output, ml, mu, rtol, atol, tcrit, h0, hmax, hmin,
+        ixpr, mxstep, mxhnil, mxordn, mxords, tfirst,
+    )  # fmt: skip
+    spent = few.spent_of(func, tfirst)
+    if not (spent is None or spent.ours or printmessg):
+        found = few.solved(spent, given, _is_compiled)
+        if found is not None:
+            return found
     key: Any = None
-    if plain and Dfun is None and ml is None and mu is None and (mxordn, mxords) == ORDERS:
+    usual = Dfun is None and ml is None and mu is None and tcrit is None
+    if usual and (mxordn, mxords) == ORDERS and not (ixpr or printmessg):
         limits = rtol, atol, h0, hmax, hmin, mxstep, bool(tfirst), bool(full_output)
         key = again.key_of(func, y0, t, args, limits)
         found = again.solved(key, func, y0, t, args, tfirst)
@@ -135,33 +149,22 @@ def odeint(
     function_of("(t, y)" if tfirst else "(y, t)")("func", func)
     if not tfirst and (said := of_solve_ivp(argument_names(func))):
         messages.tell(said)
-    band = None if ml is None and mu is None else (max(ml or 0, 0), max(mu or 0, 0))
-    state = _state(y0)
-    tolerances = tolerance("rtol", rtol, len(state)), tolerance("atol", atol, len(state))
-    orders = highest_orders(mxordn, mxords)
-    call = Call(state, _times(t), tolerances, orders, band)
+    call = Call(given)
     try:
-        call.solve(
-            (func, Dfun, bool(tfirst), bool(col_deriv)), args, (h0, hmax, hmin, mxstep),
-            bool(full_output), tcrit, bool(ixpr),
-        )  # fmt: skip
+        call.solve(bool(full_output), tcrit, bool(ixpr))
     except OtherShape as error:
         said = str(error).replace("`fun`", "`func`").replace("`jac`", "`Dfun`")
         raise RuntimeError(said) from error
     except (KeepsBands, WritesToState):
         from scipy.integrate import odeint as scipys
 
-        return scipys(
-            func, y0, t, args, Dfun, col_deriv, full_output, ml, mu, rtol, atol, tcrit, h0, hmax,
-            hmin, ixpr, mxstep, mxhnil, mxordn, mxords, printmessg, tfirst,
-        )  # fmt: skip
+        return scipys(*given[:-1], printmessg, tfirst)
     messages.warn(call.istate, call.because, printmessg, 2)
     if key is not None and call.istate == messages.DONE:
         again.note(key, func, call.problem)
     if not full_output:
         return call.rows
-    shape = len(state), orders, band
-    return call.rows, infodict_of(call.information, *shape, messages.SAID[call.istate])
+    return call.rows, infodict_of(call.information, *call.shape(), messages.SAID[call.istate])
 
 
 class Call:
@@ -171,40 +174,65 @@ class Call:
     istate = messages.NOTHING
     because = ""
 
-    def __init__(self, y0, t, tolerances, orders, band):
-        self._y0 = y0
-        self._t = t
-        self._tolerances = tolerances
-        self._orders = orders
-        self._band = band
-        self.rows = np.full((len(t), len(y0)), np.nan)
+    def __init__(self, given):
+        func, y0, t, self._args, dfun, col_deriv, _, ml, mu, rtol, atol, _, *limits = given
+        h0, hmax, hmin, _, mxstep, _, mxordn, mxords, tfirst = limits
+        self._functions = func, dfun, bool(tfirst), bool(col_deriv)
+        self._limits = h0, hmax, hmin, mxstep
+        self._band = None if ml is None and mu is None else (max(ml or 0, 0), max(mu or 0, 0))
+        self._y0 = y0 = _state(y0)
+        n = len(y0)
+        self._tolerances = tolerance("rtol", rtol, n), tolerance("atol", atol, n)
+        self._orders = highest_orders(mxordn, mxords)
+        self._t = t = _times(t)
+        self.rows = np.full((len(t), n), np.nan)
         later = np.flatnonzero(t != t[0]) if len(t) else t
         self._begin = int(later[0]) if len(later) else len(t)
         self.rows[: self._begin] = y0
         self.information = Information(np.zeros(max(len(t) - 1, 0), STATE))
 
-    def solve(self, functions, args, limits, full, tcrit, prints):
-        """Solve, and keep the rows."""
-        begin = self._begin
+    def shape(self):
+        """The size of the state, the highest orders, and the band."""
+        return len(self._y0), self._orders, self._band
+
+    def is_possible(self):
+        """Whether the state is finite, and the tolerances are more than rounding errors."""
         y0 = self._y0
-        if begin == len(self._t):
+        return len(y0) and np.isfinite(y0).all() and _is_possible(y0, self._tolerances)
+
+    def problem_for(self, functions):
+        """The Problem of functions (func, Dfun, tfirst, col_deriv)."""
+        return problem_of(
+            functions, self._y0, float(self._t[0]), self._t[self._begin :], self._args,
+            self._tolerances, self._limits, self._orders, self._band,
+        )  # fmt: skip
+
+    def is_compiled(self):
+        """Whether the functions have machine code, or need none; tell of one that has none."""
+        if self._begin == len(self._t) or not self.is_possible():
+            return True
+        problem = self.problem_for(self._functions)
+        run = or_in_python(lambda: in_time(problem))
+        announce(run.bounds)
+        return all(bound.function is not None for bound in run.bounds)
+
+    def solve(self, full, tcrit, prints):
+        """Solve, and keep the rows."""
+        if self._begin == len(self._t):
             return
-        if not (len(y0) and np.isfinite(y0).all() and _is_possible(y0, self._tolerances)):
+        if not self.is_possible():
             self.istate = messages.ILLEGAL
             self.because = (
                 "`y0` must have components, which are finite, and tolerances that are more than "
                 "rounding errors."
             )
             return
-        given = (
-            float(self._t[0]), self._t[begin:], args, self._tolerances, limits, self._orders,
-            self._band,
-        )  # fmt: skip
+        functions = self._functions
         try:
-            self._run(problem_of(functions, y0, *given), full, tcrit, prints)
+            self._run(self.problem_for(functions), full, tcrit, prints)
         except OtherMatrix:  # SciPy does not look at a Jacobian that no step needs
             func, _, *orders = functions
-            run = self._run(problem_of((func, None, *orders), y0, *given), full, tcrit, prints)
+            run = self._run(self.problem_for((func, None, *orders)), full, tcrit, prints)
             if run.view("solve.state")["n_jacobians"][0]:
                 raise
 
@@ -224,6 +252,16 @@ class Call:
             tolsf = 0.0 if watcher is None else watcher.tolsf
             self.information.fail(run, begin - 1 + len(rows), self.istate, tolsf)
         return run
+
+
+def _is_compiled(given):
+    """Whether the function of a call has machine code, which is made, or the call is a mistake."""
+    try:
+        return Call(given).is_compiled()
+    except (KeepsBands, WritesToState, OtherMatrix):
+        return False
+    except Exception:  # `odeint` has a sentence
+        return True
 
 
 def _is_possible(y0, tolerances):

@@ -18,6 +18,7 @@ def time_first(func, tfirst):
     def fun(t, y, *args):
         return func(y, t, *args)
 
+    fun.__qualname__ = getattr(func, "__qualname__", type(func).__qualname__)  # for sentences
     return fun
 
 
