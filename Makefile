@@ -26,7 +26,9 @@ help:
 	@echo "make release set up, then build dist/*: sources, wheel, wheel with kernels; check and try each"
 	@echo "make docs    set up, then build the documentation in site/"
 	@echo "make notebooks    set up, then execute the notebooks"
-	@echo "make bench   set up with the rival solvers that install, then all benchmarks"
+	@echo "make bench   set up with the rival solvers that install, then all benchmarks, or those of ONLY=;"
+	@echo "             ratios to the last run on this machine"
+	@echo "make tables  make bench, then all tables and diagrams of README and docs/"
 
 .venv/.pip:
 	$(PYTHON) -m venv .venv
@@ -121,7 +123,10 @@ notebooks: .venv/.docs
 bench: .venv/.dev
 	-$(BIN)/python -m pip install --quiet --group bench
 	-$(BIN)/python -m pip install --quiet numbalsoda  # needs a Fortran compiler
-	$(BIN)/python -m bench
+	$(BIN)/python -m bench $(if $(ONLY),--only $(ONLY))
+
+tables: bench
+	$(BIN)/python -m bench.report
 
 .DELETE_ON_ERROR:
-.PHONY: help tour test fast hunt oldest newest processors check wheel release docs notebooks bench
+.PHONY: help tour test fast hunt oldest newest processors check wheel release docs notebooks bench tables

@@ -37,7 +37,7 @@ from .groups import (
     which_method,
     work_precision,
 )
-from .report import figures
+from .report import figures, last_run
 from .report.environment import load, machine
 from .report.table import RESULTS
 
@@ -146,6 +146,7 @@ def main():
             show(record[name])
             if hasattr(GROUPS[name], "summary"):
                 print(GROUPS[name].summary(record[name]))
+            print(last_run.compared(name, record))
         keep(record, path)
     if full:
         figures.draw_all(record["work_precision"], path.parent)

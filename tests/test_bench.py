@@ -1,5 +1,7 @@
 """The benchmarks measure what they say: stored end states, adapters, interpolation."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,8 @@ from bench.problems.reaction_diffusion import brusselator_square
 from bench.problems.stiff import STIFF, brusselator
 from bench.problems.stiff_physics import PHYSICS
 from bench.problems.switches import STATES, TIMES
+from bench.report import __main__ as report
+from bench.report import last_run, table
 from bench.report.equal_error import at_error
 from bench.report.panels import front
 
@@ -115,3 +119,64 @@ def test_no_switch_is_lost_without_a_word(given):
     assert switches.verdict(given, "auto", end) == switches.RIGHT
     for method in ("Taylor", "Tsit5", "Vern9", "Rodas5P", "RK45", "Radau"):
         assert switches.verdict(given, method, end) != switches.WRONG, method
+
+
+def _rows(ours, others):
+    return [
+        {"output": "end", "solver": "fastdyn RK45", "min_us": ours, "median_us": 9.0, "nfev": 7},
+        {"output": "end", "solver": "SciPy RK45", "min_us": others, "median_us": 8.0, "nfev": 7},
+    ]
+
+
+def _record(rows, cpu="A"):
+    return {"date": "2026-01-01", "quick": False, "machine": {"cpu": cpu}, "fixed_cost": rows}
+
+
+def test_a_run_is_compared_with_the_last(tmp_path):
+    """fastdyn's times are judged beside those of other libraries, on the same processor."""
+    path = tmp_path / "runs" / "last.json"
+    first = last_run.compared("fixed_cost", _record(_rows(2.0, 100.0)), path)
+    assert first.startswith("no run")
+    both_slower = last_run.compared("fixed_cost", _record(_rows(4.0, 200.0)), path)
+    assert "fastdyn 2.00" in both_slower and "others 2.00" in both_slower
+    assert "slower" not in both_slower
+    alone = last_run.compared("fixed_cost", _record(_rows(6.0, 200.0)), path)
+    assert "slower: 1.50  fastdyn RK45, end" in alone
+    better = last_run.compared("fixed_cost", _record(_rows(3.0, 200.0)), path)
+    assert "faster: 0.50  fastdyn RK45, end" in better
+    assert last_run.compared("fixed_cost", _record(_rows(3.0, 200.0), "B"), path).startswith("no")
+
+
+def test_times_of_a_run():
+    """By columns, at equal errors where rows have tolerances, and as one over a rate."""
+    columns = last_run.seconds_of([{"n": 6, "fastdyn_us": 1.0, "numpy_us": 2.0, "gain": 2.0}])
+    assert {(p[2], last_run.is_ours(p)) for p in columns} == {
+        ("fastdyn_us", True), ("numpy_us", False),
+    }  # fmt: skip
+    rate = last_run.seconds_of([{"solver": "fastdyn", "a_second": 4.0, "a_second_median": 3.0}])
+    assert list(rate.values()) == [0.25]
+    points = [
+        {"problem": "p", "solver": "s", "tol": tol, "error": tol, "min_us": us}
+        for tol, us in ((1e-3, 1.0), (1e-5, 3.0))
+    ]
+    assert list(last_run.seconds_of(points).values()) == [pytest.approx(3.0**0.5)]
+
+
+def test_the_tables_of_the_pages_are_those_of_the_results():
+    """Nobody edits a table by hand: the marks hold what the result files give."""
+    record = json.loads(table.RESULTS.read_text())
+    for page, lines in ((table.PAGE, table.for_page), (table.README, table.for_readme)):
+        assert "\n".join(lines(record)) in page.read_text(), page.name
+
+
+def test_parts_of_a_full_run_have_files(tmp_path):
+    """With the date and the machine of their own run."""
+    record = _record([]) | {
+        "load": {"dae": 0.1, "stiff": 0.2}, "seconds": {"dae": 1, "stiff": 2}, "dae": [{"a": 1}],
+        "stiff": [{"b": 2}], "replaced": {"stiff": {"date": "2026-02-02", "machine": {"cpu": "B"}}},
+    }  # fmt: skip
+    assert set(report.parts(record, tmp_path)) == {"dae", "stiff"}
+    dae = json.loads((tmp_path / "dae.json").read_text())
+    assert (dae["dae"], dae["date"], dae["load"]) == ([{"a": 1}], "2026-01-01", {"dae": 0.1})
+    stiff = json.loads((tmp_path / "stiff.json").read_text())
+    assert (stiff["date"], stiff["machine"]) == ("2026-02-02", {"cpu": "B"})

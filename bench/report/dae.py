@@ -3,5 +3,11 @@
 from ..groups.dae import summary
 from .table import put_group
 
-if __name__ == "__main__":
+
+def main():
+    """Write it."""
     put_group("dae", summary)
+
+
+if __name__ == "__main__":
+    main()

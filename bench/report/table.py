@@ -1,4 +1,4 @@
-"""``python -m bench.report.table``: tables of a result file, into docs/ and beside it."""
+"""``python -m bench.report.table``: tables of a result file, into README, docs/ and beside it."""
 
 import argparse
 import json
@@ -8,6 +8,7 @@ from .equal_error import LEVELS, equal_error
 
 HERE = pathlib.Path(__file__).parents[1]
 RESULTS = HERE / "results" / "full.json"
+README = HERE.parent / "README.md"
 PAGE = HERE.parent / "docs" / "benchmarks.md"
 BEGIN, END = "<!-- bench: begin -->\n", "<!-- bench: end -->"
 SAME = {  # the same method by different hands: {title: (level, solvers)}
@@ -21,6 +22,13 @@ SAME = {  # the same method by different hands: {title: (level, solvers)}
 }  # fmt: skip
 FAMILIES = ("fastdyn", "C++", "SciPy", "Hairer's", "CyRK", "numbalsoda", "heyoka", "diffrax",
             "CVODE", "REBOUND")  # fmt: skip
+OF_README = (  # the problems of the README, and its columns: {head: libraries}
+    ("satellite, e = 0.3", "projectile with drag", "pendulum, swinging", "building",
+     "constrained pendulum", "vehicle"),
+    {"fastdyn": ("fastdyn",), "C++ by hand": ("C++",), "CyRK": ("CyRK",), "heyoka": ("heyoka",),
+     "diffrax": ("diffrax",), "SciPy": ("SciPy", "Hairer's")},
+)  # fmt: skip
+MIDDLE = 1  # of LEVELS: what the README shows
 
 
 def number(value):
@@ -170,6 +178,26 @@ def for_page(record):
     ]  # fmt: skip
 
 
+def for_readme(record):
+    """The table of the README."""
+    problems, columns = OF_README
+    reached = equal_error(record["work_precision"])
+    body = []
+    for problem in problems:
+        found = best(reached[problem], MIDDLE)
+        times = [
+            min((found[name][0] for name in names if name in found), default=None)
+            for names in columns.values()
+        ]
+        body.append([problem, *("-" if us is None else f"{us:.0f}" for us in times)])
+    level = f"{LEVELS[MIDDLE]:.0e}".replace("e-0", "e-")
+    said = f"Time of a solve in microseconds, at an achieved error of {level}, on one thread"
+    return [
+        f"{said} ({record['machine']['cpu']}, {record['date']}):", "",
+        *markdown(["problem", *columns], body),
+    ]  # fmt: skip
+
+
 def whole(record):
     """What lies beside the result file."""
     return [
@@ -202,13 +230,14 @@ def put_group(name, summary):
 
 
 def main():
-    """Write both."""
+    """Write all three."""
     parser = argparse.ArgumentParser(prog="python -m bench.report.table", description=__doc__)
     parser.add_argument("json", nargs="?", type=pathlib.Path, default=RESULTS)
     path = parser.parse_args().json
     record = json.loads(path.read_text())
     path.with_name("tables.md").write_text("\n".join(whole(record)) + "\n")
     put_in(PAGE, BEGIN, END, for_page(record))
+    put_in(README, BEGIN, END, for_readme(record))
 
 
 if __name__ == "__main__":

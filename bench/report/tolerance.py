@@ -5,7 +5,13 @@ import json
 from ..groups.tolerance import summary
 from .table import PAGE, RESULTS, put_in
 
-if __name__ == "__main__":
+
+def main():
+    """Write it."""
     found = json.loads(RESULTS.with_name("tolerance.json").read_text())["tolerance"]
     begin, end = "<!-- tolerance: begin -->\n", "<!-- tolerance: end -->"
     put_in(PAGE.with_name("which_method.md"), begin, end, [summary(found)])
+
+
+if __name__ == "__main__":
+    main()
