@@ -5,10 +5,8 @@ cross compiled code: the Callback keeps the exception and marks the block, and
 `run.laid_out.raise_kept` raises the exception again.
 """
 
-import contextlib
 import ctypes
-import signal
-import threading
+import struct
 from typing import Any
 
 import numpy as np
@@ -25,6 +23,7 @@ FLOAT = np.dtype(float)
 
 FORMS = {"F": "F(t, y, yp, *args)", "velocity": "velocity(t, p, *args)"}
 FORMS["force"] = "force(t, q, *args)"
+MOST_PLACES = 1000  # addresses of states and results whose arrays are kept
 FORMS_OF_CODE: dict = {}  # arguments of functions that stand for others, by their code
 SPARSE = "`jac` is sparse here and now, and was not before, or is not taken: return arrays."
 
@@ -101,10 +100,12 @@ class Callback:
         self.later: Any = np.float64
         self._fun = fun
         self._mode = mode
-        self._arrays = {}
-        self._is_plain = mode is DERIVATIVE
+        self._states = {}
+        self._results = {}
+        self._of = getattr(fun, "of", None) if mode is DERIVATIVE else None
         self._announcement = announce
         self._n_out = n_out or mode.n_results(n)
+        self._pack = struct.Struct(f"{self._n_out}d").pack_into
         self.begin()
         self._function = SIGNATURE(self._call)
         self.address: Any = ctypes.cast(self._function, ctypes.c_void_p).value
@@ -127,87 +128,90 @@ class Callback:
         if self._mode.acts_on_state:
             state[:] = given
 
-    def _array(self, address, n):
-        array = self._arrays.get((address, n))
-        if array is None:
-            array = numbers_at(address, n)
-            if len(self._arrays) > 1000:
-                self._arrays.clear()
-            self._arrays[address, n] = array
-        return array
+    def _result(self, address):
+        """The numbers of the result at an address, as an array and as memory."""
+        found = self._results[address] = _numbers_at(self._results, address, self._n_out)
+        return found
+
+    def _state(self, address, n):
+        """The state of n numbers at an address: n, the array, and how it is copied and compared."""
+        array, _ = _numbers_at(self._states, address, n)
+        found = self._states[address] = n, array, array.copy, array.tobytes
+        return found
 
     def _value(self, t, y):
         """The value of the function, checked; most values need a look at their types alone."""
-        if not self._is_plain:
+        of = self._of
+        if of is None:
             return evaluate(self._fun, self._mode, t, y)
         try:
-            value = _called(self._fun, t, y)
-            if not _is_usual(value, len(y)):
-                value = derivative(value, len(y))
+            try:
+                value = of.fun(t, y, *of.args)
+            except SingularMatrixError as error:
+                raise singular_at(t, error) from error
+            kind = value.__class__
+            if kind is list or kind is tuple:
+                for number in value:
+                    if number.__class__ is not float and number.__class__ is not np.float64:
+                        break
+                else:
+                    if len(value) == self._n_out:
+                        return value
+            elif kind is np.ndarray and value.dtype is FLOAT and value.shape == y.shape:
+                return value
+            return derivative(value, len(y))
         except Exception as error:
             explained(error, self._fun, self._mode.argument, t, y)
             raise
-        return value
 
     def _call(self, result, exception, t, y, n, block, out):
         try:
-            target = self._array(out, self._n_out)
-            if self.exception is None:
-                self.inside = True
-                if self.pending is not None:
-                    self.pending()
-                state = self._array(y, n)
-                given = state.copy()  # a copy, because the function may keep it
-                target[:] = self._value(self._time(t), given)
-                self._time = self.later
-                if given.tobytes() != state.tobytes():
-                    self._written(state, given)
-                self.announce()
-                if self.after is not None:
-                    self.after()
-                self.inside = False
-            else:  # an exception waits: no number of this function may be used
+            target, memory = self._results.get(out) or self._result(out)
+            if self.exception is not None:  # it waits: no number of this function may be used
                 mark(block)
                 target[:] = np.nan
+                return 0
+            self.inside = True
+            if self.pending is not None:
+                self.pending()
+            length, state, copied, as_bytes = self._states.get(y) or self._state(y, n)
+            if length != n:
+                _, state, copied, as_bytes = self._state(y, n)
+            given = copied()  # because the function may keep it
+            value = self._value(self._time(t), given)
+            if value.__class__ is np.ndarray:
+                target[:] = value
+            else:  # in a third of the time
+                self._pack(memory, 0, *value)
+            self._time = self.later
+            if given.tobytes() != as_bytes():
+                self._written(state, given)
+            if self._announcement is not None:
+                self.announce()
+            if self.after is not None:
+                self.after()
+            self.inside = False
         except BaseException as error:
             self.inside = False
             self.exception = error
             mark(block)
-            self._array(out, self._n_out)[:] = np.nan
+            self._result(out)[0][:] = np.nan
             if self.raises is not None:
                 self.raises(error)
         return 0
 
 
+def _numbers_at(kept, address, n):
+    """n numbers at an address, as an array and as memory, for a table that has room for them."""
+    if len(kept) > MOST_PLACES:
+        kept.clear()
+    memory = (ctypes.c_double * n).from_address(address)
+    return np.frombuffer(memory), memory
+
+
 def numbers_at(address, n):
     """The n numbers at an address, as an array, in a tenth of the time of `np.ctypeslib`."""
     return np.frombuffer((ctypes.c_double * n).from_address(address))
-
-
-@contextlib.contextmanager
-def interruptible(callbacks):
-    """Keep Ctrl-C from being lost in a callback, outside the user's function.
-
-    A signal inside the user's function has its usual effect; any other signal waits for the next
-    call.
-    """
-    handler = signal.getsignal(signal.SIGINT)
-    main = threading.current_thread() is threading.main_thread()
-    if not callbacks or not main or not callable(handler):
-        yield
-        return
-
-    def wait_for_a_call(number, frame):
-        if any(c.inside for c in callbacks):
-            handler(number, frame)
-        for c in callbacks:
-            c.pending = lambda: handler(number, frame)
-
-    signal.signal(signal.SIGINT, wait_for_a_call)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, handler)
 
 
 def called_with(fun, args):
@@ -258,20 +262,12 @@ def _called(fun, t, y):
     try:
         return fun(t, y)
     except SingularMatrixError as error:
-        raise SingularMatrixError(f"At t = {t:.10g}, {error}.") from error
+        raise singular_at(t, error) from error
 
 
-def _is_usual(value, n):
-    """Whether a derivative is n floats, as a list, a tuple or an array."""
-    kind = value.__class__
-    if kind is np.ndarray:
-        return value.dtype is FLOAT and value.shape == (n,)
-    if (kind is not list and kind is not tuple) or len(value) != n:
-        return False
-    for number in value:
-        if number.__class__ is not float and number.__class__ is not np.float64:
-            return False
-    return True
+def singular_at(t, error):
+    """The error of a singular matrix, with the time."""
+    return SingularMatrixError(f"At t = {t:.10g}, {error}.")
 
 
 def _value_of(fun, mode, t, y):

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from fastdyn.code_store import Call
-from fastdyn.compile.python_callback import interruptible
 from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, Bins
 from fastdyn.kernels.state.record import RUNNING, Solve, Y
 from fastdyn.run.begin import begin
 from fastdyn.run.checkpoint import fill
 from fastdyn.run.functions.compared import AT_FIRST, NEVER, WHEN, Schedule, compare_at
+from fastdyn.run.functions.interruptible import Interruptible
 from fastdyn.run.loop import next_chunk
 from fastdyn.run.matrices.layouts import matrices_of_member
 from fastdyn.run.outcome import outcome
@@ -137,7 +137,7 @@ class Survey:
             status = steps.start()
             if status == RUNNING:
                 status = Call(opened, self.invariants, p.t0, self.work[0], self._scratch)()
-        with interruptible(callbacks):
+        with Interruptible(callbacks):
             while status == RUNNING:
                 began = time.perf_counter()
                 survey["advance"] = steps.address

@@ -11,11 +11,12 @@ import numpy as np
 
 from fastdyn import code_store
 from fastdyn.compile.compare import compare_along
-from fastdyn.compile.python_callback import evaluate, interruptible
+from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.sentences import GaveUp
 from fastdyn.ensemble.threads import LOOK, n_processors
 from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
 from fastdyn.kernels.noise.arguments import N_ROWS, N_SCRATCH, RUN, Places, rows_of_noise
+from fastdyn.run.functions.interruptible import Interruptible
 
 BLOCK = 512  # paths of a task: their states stay in the first cache; threads end together
 PIECE = 2**22  # steps of all paths of a task between two looks at Ctrl-C: 0.05 s
@@ -113,7 +114,7 @@ class Runner:
 
     def _segment(self, pool, begin, end, stopped):
         if len(self._lanes) == 1:
-            with interruptible(self._callbacks):
+            with Interruptible(self._callbacks):
                 for first, last in self._tasks:
                     self._lanes[0].take(first, last, begin, end, stopped)
                     self._raise()

@@ -10,7 +10,6 @@ import numpy as np
 from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
 from fastdyn.compile import budget
-from fastdyn.compile.python_callback import interruptible
 from fastdyn.kernels.calls.block import FAILED, JACOBIAN, RARE
 from fastdyn.kernels.output.arguments import FRESH, Kernels
 from fastdyn.kernels.state.record import RAISED
@@ -31,6 +30,7 @@ from .begin import (
     watch_of,
 )
 from .functions.bound import raise_kept, type_of_time
+from .functions.interruptible import Interruptible
 from .functions.python_between import PythonBetween
 from .functions.switching import switching_of
 from .matrices.layouts import matrices_of
@@ -96,10 +96,10 @@ class LaidOut(PythonBetween):
         self._n_steps = plan.at["n_steps"]
         self._lay_out(plan)
         called = *(b.callback for b in self.bounds), self._matrices.solver
-        self._callbacks = [c for c in called if c is not None]
+        self.callbacks = [c for c in called if c is not None]
         self._follow(problem, bound, others)
         self.switching: Any = switching_of(problem, bound, others)
-        self._late = [c.account for c in self._callbacks if getattr(c, "account", None)]
+        self._late = [c.account for c in self.callbacks if getattr(c, "account", None)]
         self.evaluations = problem.method.cost or problem.method.n_stages + 1
         seconds = (math.inf if b.function is None else b.function.seconds for b in self.bounds)
         self._seconds = self.evaluations * sum(seconds)
@@ -128,7 +128,7 @@ class LaidOut(PythonBetween):
             problem = self.switching.taken(problem, self.bounds)
         self.problem: Any = problem
         p = problem
-        for callback in self._callbacks:
+        for callback in self.callbacks:
             callback.later = type_of_time(p)
         if self._asked != p.compile or self.tier.open or p.method.series:
             self._asked, self.tier = p.compile, Tier(p, self._own, self._followed is None)
@@ -237,7 +237,7 @@ class LaidOut(PythonBetween):
         launch = self._launch
         launch[MEMORY], launch[Y0] = address_of(own), address_of(y0)
         words[self._n_steps], words[self._advance] = n_steps, self.tier.address
-        if self._callbacks:
+        if self.callbacks:
             for callback in filter(None, [b.callback for b in self.bounds]):
                 callback.begin()
             return self._interruptible(plan.launch, launch)
@@ -257,16 +257,20 @@ class LaidOut(PythonBetween):
         return self._interruptible(self.plan.kernel, words)
 
     def _interruptible(self, kernel, words):
-        if not self._callbacks:
-            return kernel(words.buffer_info()[0])
-        with budget.in_python(self._late), interruptible(self._callbacks):
-            return kernel(words.buffer_info()[0])
+        at = words.buffer_info()[0]
+        if not self.callbacks:
+            return kernel(at)
+        if not self._late:
+            with Interruptible(self.callbacks):
+                return kernel(at)
+        with budget.in_python(self._late), Interruptible(self.callbacks):
+            return kernel(at)
 
     def check(self, status):
         """Raise the exception of a user's function, if the status stands for an exception."""
         raise_failure()
         if status == RAISED:
-            for called in self._callbacks:
+            for called in self.callbacks:
                 if called.exception is not None:
                     raise called.exception
             with self.not_repeated():
@@ -305,7 +309,7 @@ class LaidOut(PythonBetween):
         """
         p = self.problem
         block = self._own.block
-        if self._callbacks or p.callback is not None:
+        if self.callbacks or p.callback is not None:
             yield None
             return
         p = p._replace(t_eval=np.array([p.tf]), dense_output=False)

@@ -206,11 +206,15 @@ class Run(LaidOut):
             raise Raised(error) from error
 
     def is_plain(self):
-        """Whether the kernels call no Python code, and nothing watches or catches anything."""
-        bare = not self._callbacks and self._followed is None
+        """Whether functions are all compiled, or all in Python, and nothing watches or catches."""
+        bare = not self._late and (self._followed is None or self._is_in_python())
         left_alone = not self.watched and self.problem.on_interrupt == "raise"
         alone = self.switching is None or not self.switching.follows
         return bare and left_alone and alone and not self._own.pair and self.n_first() > 0
+
+    def _is_in_python(self):
+        """Whether each function runs in Python, and nothing else does."""
+        return all(b.callback is not None for b in self.bounds) and not self._matrices.solver
 
     def words(self):
         """The words of the kernel's arguments and of its Launch; both change with the plan."""

@@ -6,33 +6,35 @@ check here may therefore be too strict, but never too weak, and no check has a m
 """
 
 import math
-import struct
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from fastdyn.code_store.call import address_of
-from fastdyn.compile.bind import leave_to_python, numpy_errors_are_heard, rebind
-from fastdyn.compile.sentences import GaveUp
-from fastdyn.compile.traced.known import N_LEFT, known_trace, left_of
-from fastdyn.compile.traced.make import made
+from fastdyn.compile.bind import leave_to_python, numpy_errors_are_heard
+from fastdyn.compile.sentences import GaveUp, WritesToState
+from fastdyn.compile.traced.known import N_LEFT
 from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.state.record import BAD_STATE, EVENT, FINISHED
 from fastdyn.problem.step_options import LATEST, fixed_step
 from fastdyn.problem.validate import output_times
 
 from .begin import fill_atol, fill_span
+from .functions.interruptible import Interruptible
+from .functions.readers import ARRAY, FLOAT, NUMBERS, is_left, reader_of, state_writer
 from .laid_out import new_memory
+from .loop import announce
 from .memory import MEMORY, Y0
 from .outcome import SUCCESS, TERMINATED, result_of, results
 from .stiffness import MANY
 
-NUMBERS, FLOAT, ARRAY = {float, int, np.float64}, np.dtype(float), np.ndarray
 FEW_WORDS = 2**14  # memory up to this size is used for all solves, and results are copies
 # A ReadyRun is made, in 0.3 ms, after so many solves in a row that went the long way.  The number
 # doubles with each ReadyRun up to MOST_MISSES, and beyond for functions that get no ReadyRun.
 FEWEST_MISSES, MOST_MISSES = 2, 8
+# Solves in Python after which compiled code is looked for again, which takes 0.3 to 0.7 ms.
+FEWEST_IN_PYTHON, MOST_IN_PYTHON = 8, 256
 LOOK_EVERY = 32  # solves after which a faster kernel may take over
 ENDS = {FINISHED: (0, SUCCESS), EVENT: (1, TERMINATED)}  # of plain solves
 
@@ -69,9 +71,13 @@ class ReadyRun:
         The initial state of the next solve.
     span : tuple or None
         The `t_span` that was taken last; the same tuple needs no second look.
+    left : float
+        The solves until functions that run in Python are compiled again, if they can be; then the
+        ReadyRun is given up.
     """
 
     go: Any
+    left: float = math.inf
 
     def __init__(
         self, run, problem, functions, args, finish, check=None, sizes=None, options=None,
@@ -95,6 +101,9 @@ class ReadyRun:
         self._switched: Any = None  # the key of the switching times that the image has
         self.sizes: Any = None  # of the values of sensitivities, whose tolerances the image has
         self._times = b""
+        self.in_python = any(bound.callback is not None for bound in run.bounds)
+        if self.in_python:  # a warning that is not given yet would keep the function alive
+            announce(run.bounds)
         self.lay()
 
     def lay(self):
@@ -107,8 +116,9 @@ class ReadyRun:
         plan, tier, compared, (words, launch) = run.plan, run.tier, run.compared, run.words()
         self.first = max(1, min(run.n_first(), MANY - 1))  # longer solves are examined
         words[plan.at["n_steps"]], advance = self.first, plan.at["kernels.advance"]
-        words[advance], launch[Y0] = tier.address, address_of(room)
-        kernel, at, size, bounds = plan.launch, run.launch_at, plan.size, run.bounds
+        words[advance], launch[Y0], until_look = tier.address, address_of(room), 1
+        kernel = self._calling_python if self.in_python else plan.launch
+        at, size, bounds = run.launch_at, plan.size, run.bounds
         n_left, left, seen = -1, compared.left, compared.sides  # -1: this solve may have left one
         sides = [(memoryview(block), i) for i, block in enumerate(compared.deciding)]
         is_open, take_state = tier.open, state_writer(room, self._n, self._sizes)
@@ -118,7 +128,6 @@ class ReadyRun:
             own = new_memory(size)
             launch[MEMORY] = address_of(own)
         result, check = (self._make or results)(problem, plan, own), self._check
-        until_look = 1
 
         def go(fun, y0, args, events=(), t_span=None, t_eval=None):
             nonlocal is_open, n_left, until_look
@@ -165,6 +174,18 @@ class ReadyRun:
             return result(memory, None, *ENDS[status])
 
         self.go = go
+
+    def _calling_python(self, at):
+        """Start the kernel of functions that run in Python; nothing of the user's is kept."""
+        run = self.run
+        self.left -= 1
+        for bound in run.bounds:
+            bound.callback.begin()
+        with Interruptible(run.callbacks):
+            status = run.plan.launch(at)
+        for bound in run.bounds:
+            bound.held.take(None, ())
+        return status
 
     def _read_all(self, fun, args, events) -> Any:
         """The values of all functions, which live until the kernel ends; None as of a reader."""
@@ -266,54 +287,6 @@ class ReadyRun:
         }  # fmt: skip
 
 
-def state_writer(room, n, sizes):
-    """``take(y0)``, which writes n numbers to `room`; False if the state needs the long way."""
-    shape, pack, state = (n,), struct.Struct(f"{n}d").pack_into, room[:n]
-    words = memoryview(room).cast("B")  # gives its address in a third of an array's time
-    least, most = sizes or (0.0, 0.0)
-
-    def take(y0):
-        kind = y0.__class__
-        try:
-            if kind is list or kind is tuple:
-                for number in y0:  # twice as fast as a set of types
-                    if number.__class__ is not float and number.__class__ not in NUMBERS:
-                        return False
-                pack(words, 0, *y0)
-            elif kind is ARRAY and y0.dtype.kind in "if" and y0.shape == shape:
-                state[...] = y0
-            else:
-                return False
-        except (struct.error, ValueError):  # a number beyond all floats; numbers not aligned
-            return False
-        return not most or least <= max(map(abs, state)) <= most
-
-    return take
-
-
-def reader_of(problem, bound, fun, args):
-    """``read(fun, args, block)`` of a Bound, whose result is None if the values need other code."""
-    p, mode, n, varying = problem, bound.mode, bound.n, ()
-    if mode.constant:
-        return lambda fun, args, block: ()
-    if mode.sensitivities:  # the trace is that of the equations without sensitivities
-        mode, n, varying = p.fun.mode, p.fun.n, p.fun.positions()
-    elif not made(bound.function):  # Numba's code
-        return lambda fun, args, block: rebind(bound, fun, args) or None
-    known = known_trace(fun, args, mode, n, varying, bound.function.in_batches)
-    if known is None:
-        return lambda fun, args, block: None
-    return known[0].read
-
-
-def is_left(problem, bounds, functions, args):
-    """Whether one of the functions was left to Python."""
-    found = [(f, b.mode) for b, f in zip(bounds, functions, strict=True)]
-    if problem.mode.sensitivities:
-        found.append((functions[0], problem.fun.mode))
-    return any(left_of(f, args, mode)[0] for f, mode in found)
-
-
 class Solver:
     """Makes solves of one kind on Runs that are ready.
 
@@ -330,6 +303,7 @@ class Solver:
     def __init__(self):
         self.idle: list[ReadyRun] = []
         self._misses, self._most, self._is_refused = 0, FEWEST_MISSES, True
+        self._lasts = FEWEST_IN_PYTHON
 
     def solve(self, fun, y0, args, others=(), t_span=None, t_eval=None):
         """The result of a solve; None if it needs the long way.
@@ -342,7 +316,8 @@ class Solver:
         except IndexError:  # there is none, or other threads have them
             return None
         result = ready.go(fun, y0, args, others, t_span, t_eval)
-        idle.append(ready)
+        if ready.left > 0:
+            idle.append(ready)
         if self._misses and result is not None:
             self._misses = 0
         return result
@@ -360,11 +335,19 @@ class Solver:
         """
         self._misses += 1
         if self._misses >= self._most:
-            self.idle, self._misses = self.ready(problem), 0
+            self.idle, self._misses = self._for_a_while(self.ready(problem)), 0
             self._is_refused = not self.idle
             self._most *= 2 if self._is_refused or self._most < MOST_MISSES else 1
         elif not (self.idle or self._is_refused):
-            self.idle += self.ready(problem)
+            self.idle += self._for_a_while(self.ready(problem))
+
+    def _for_a_while(self, made):
+        """ReadyRuns; those of functions in Python for twice as many solves as the last ones."""
+        for ready in made:
+            if ready.in_python:
+                ready.left = self._lasts
+                self._lasts = min(2 * self._lasts, MOST_IN_PYTHON)
+        return made
 
     def ready(self, problem) -> list[ReadyRun]:
         """A ReadyRun for a problem, or none if no solve of the problem is plain."""
@@ -391,6 +374,8 @@ class Solver:
         try:
             result = result_of(p, ready.go_on(p, memory, status), run)
             self.ended(p, run)
+        except WritesToState:  # of a function that has not written before: SciPy solves
+            return None
         except GaveUp as reason:
             result = None
             if not p.mode.sensitivities:  # these are not computed in Python

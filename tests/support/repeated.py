@@ -89,6 +89,10 @@ def assert_same(one, other):
         if isinstance(a, np.ndarray):
             assert a.dtype == b.dtype and a.shape == b.shape and a.flags.f_contiguous, name
             assert a.tobytes() == b.tobytes(), name
+        elif isinstance(a, list):
+            assert [(each.shape, each.tobytes()) for each in a] == [
+                (each.shape, each.tobytes()) for each in b
+            ], name
         else:
             assert a == b, name
 

@@ -41,16 +41,17 @@ class PythonBetween:
     bounds: Any
     _own: Any
     _others: Any
-    _callbacks: Any
+    callbacks: Any
     _followed: Any = None
     _watched: Any = None
 
     def _follow(self, problem, bound, others):
         """Arrange that compiled functions are followed whenever a function has run in Python."""
-        if self._callbacks or problem.callback is not None:
+        if self.callbacks or problem.callback is not None:
             self._followed = followed(problem, bound, others, self._take_over)
-        for callback in self._callbacks:
-            callback.after = self.follow_again
+        if self._followed:
+            for callback in self.callbacks:
+                callback.after = self.follow_again
 
     def follow_again(self):
         """Let compiled functions read their outside values again, after Python code ran."""
@@ -73,7 +74,7 @@ class PythonBetween:
     def _take_over(self, callback):
         """Let a function run in Python from now on."""
         callback.after = self.follow_again
-        self._callbacks.append(callback)
+        self.callbacks.append(callback)
 
     @contextlib.contextmanager
     def not_repeated(self):
