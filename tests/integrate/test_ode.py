@@ -6,7 +6,7 @@ import scipy.integrate
 
 import fastdyn
 from fastdyn import complex_ode, ode
-from fastdyn.integrate import integrators
+from fastdyn.integrate import continued, integrators
 
 
 def spring(t, y, c):
@@ -152,3 +152,43 @@ def test_a_function_that_writes_to_its_state_is_scipys():
 def test_each_integrator_of_scipys_has_a_compiled_one():
     for name in ("vode", "zvode", "lsoda", "dopri5", "dop853"):
         assert isinstance(ode(spring).set_integrator(name)._integrator, integrators.Replaced)
+
+
+@pytest.mark.parametrize(("name", "options"), NAMES[:3])
+def test_short_calls_are_those_of_the_long_way(monkeypatch, name, options):
+    """Bit for bit, with a branch, an outside value that changes, and a Jacobian."""
+    table = {"force": 0.0}
+
+    def pushed(t, y):
+        return [y[1], -2.0 * y[0] + (table["force"] if y[0] > 0 else 0.0)]
+
+    def matrix(t, y):
+        return [[0.0, 1.0], [-2.0, 0.0]]
+
+    def states(jac):
+        table["force"] = 0.0
+        solver = ode(pushed, jac).set_integrator(name, **options)
+        solver.set_initial_value([1.0, 0.0], 0.0)
+        found = []
+        for k in range(300):
+            if k == 150:
+                table["force"] = 0.5
+            found.append(solver.integrate(solver.t + (0.03 if k % 3 else 0.4)).copy())
+        return np.array(found), solver._integrator.iwork[10:13].tolist()
+
+    quick = continued.Continued.at
+    answers = []
+
+    def noted(run, t):
+        answers.append(quick(run, t))
+        return answers[-1]
+
+    for jac in (None, matrix):
+        answers.clear()
+        monkeypatch.setattr(continued.Continued, "at", lambda run, t: None)
+        wanted, counts = states(jac)
+        monkeypatch.setattr(continued.Continued, "at", noted)
+        found, counts_now = states(jac)
+        assert (found == wanted).all()
+        assert counts == counts_now
+        assert sum(answer is not None for answer in answers) > 250

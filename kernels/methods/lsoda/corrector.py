@@ -194,7 +194,8 @@ def _iterate(rhs, s, t, work, block, h, predicted):
             fastest = max(fastest, rate)
             s.rate = max(0.2 * s.rate, rate)
         if (k > 0 or s.stiff == 1) and size * min(1.0, 1.5 * s.rate) / enough <= 1.0:
-            s.lipschitz_now = max(s.lipschitz_now, fastest / abs(h * l0))
+            if s.highest_bdf > 0:  # alone, Adams' formulas would keep the tiny steps of a jump
+                s.lipschitz_now = max(s.lipschitz_now, fastest / abs(h * l0))
             if s.lipschitz_now != 0.0:
                 s.lipschitz = s.lipschitz_now
             return RUNNING, True, k + 1, size
