@@ -1,23 +1,28 @@
 """The state before the start of a delay equation: a constant, a function, or an earlier result."""
 
 import contextlib
+import inspect
 from typing import Any
 
 import numpy as np
 
 from fastdyn.compile.bind import bind
-from fastdyn.compile.functions import with_callback
+from fastdyn.compile.callables import Uncompilable
+from fastdyn.compile.compare import machine_value
+from fastdyn.compile.derivatives.sensitivities import bind_variational
+from fastdyn.compile.functions import BASE, with_callback
 from fastdyn.compile.mode import HISTORY
 from fastdyn.compile.python_callback import Callback
+from fastdyn.compile.sentences import GaveUp
 from fastdyn.compile.traced.make import Near
-from fastdyn.kernels.calls.block import FIRST
+from fastdyn.kernels.calls.block import FIRST, RAISED_WORD, TIME
 from fastdyn.kernels.output import arguments as words
+from fastdyn.problem.sensitivities import Variational
 from fastdyn.trace.graph.derivatives import time_derivative
 from fastdyn.trace.graph.evaluate import evaluate
+from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.reads.reads import flat
 from fastdyn.words.kinds import shown
-
-from .past import HISTORIES
 
 
 class History:
@@ -26,76 +31,156 @@ class History:
     Parameters
     ----------
     given : array_like, callable or OdeResult
-        The state up to the start: n numbers, ``given(t)``, or a result with `sol`.  A neutral
-        equation takes ``given.derivative(t)`` where ``given(t)`` cannot be traced.
+        The state up to the start: n numbers, ``given(t)`` or ``given(t, *args)``, or a result with
+        `sol`.  A neutral equation takes ``given.derivative(t)`` where ``given(t)`` cannot be
+        traced.
     t0, tf : float
+    args : tuple
+        The arguments of the equations.
 
     Attributes
     ----------
     y0 : ndarray, shape (n,)
         The state at the start.
+    n : int
+        The length of the state, with sensitivities behind it.
+    jumps : sequence of float
+        The times at which an earlier result of a delay equation jumps.
     neutral : bool
         Whether Python code has asked for a derivative.
+    varied : ndarray or None
+        Steps along the directions of sensitivities, by which the past moves in Python.
     laid_out : ndarray
         The words, as `fastdyn.kernels.output.dense_output` reads them.
     """
 
-    def __init__(self, given, t0, tf):
+    def __init__(self, given, t0, tf, args=()):
         self._function: Any = None
         self._earlier: Any = None
+        self._args = ()
         self.times: Any = None
+        self.varied: Any = None
+        self.jumps: Any = ()
         self.neutral = False
         if hasattr(given, "sol"):
             if given.sol is None:
                 raise ValueError("an earlier result goes on if it has `dense_output=True`.")
             self._earlier = given
+            self.jumps = getattr(given, "jumps", ())
         elif callable(given):
             self._function = given
+            if args and _takes(given, 1 + len(args)):
+                self._args = args
         else:
             self._constant = _numbers(given)
         self.t0 = t0
+        self._tf = tf
         self.y0 = self.before(t0)
+        self.n = len(self.y0)
         if not np.isfinite(self.y0).all():
             raise ValueError(f"`history` is not finite at the start, t = {t0}: {self.y0}.")
         self.laid_out = np.zeros(words.PAST_WORDS)
         self.laid_out[words.PAST_T0] = t0
-        self._bound = self._compiled(t0, tf)
-        whole = self.laid_out.view(np.int64)
-        self._slope = self._compiled_slope(t0, tf)
+        self._given = self.laid_out, *args  # those of the equations
+        self._start = self.y0
+        self._bound = self._compiled()
+        self._slope = self._compiled_slope()
+        self._lay()
+
+    def __enter__(self):
+        self._words()[words.PAST_OBJECT] = id(self)
+        self.still(True)  # there is no memory of a solve yet
+
+    def __exit__(self, *raised):
+        self._words()[words.PAST_OBJECT] = 0
+        self.still(True)
+
+    @property
+    def is_constant(self):
+        """Whether the history is n numbers."""
+        return self._function is None and self._earlier is None
+
+    def _words(self):
+        return self.laid_out.view(np.int64)
+
+    def _lay(self):
+        self._room = np.empty(self.n)
+        whole = self._words()
+        whole[words.PAST_N] = self.n
+        whole[words.PAST_Y0] = self._start.ctypes.data
+        whole[words.PAST_ROOM] = self._room.ctypes.data
         whole[words.PAST_HISTORY] = self._bound.block.ctypes.data
         whole[words.PAST_HISTORY + 1] = self._slope.block.ctypes.data
 
-    def __enter__(self):
-        HISTORIES[self.laid_out.ctypes.data] = self
+    def _in_time(self):
+        """The history as a function of (t, state at the start, words, *args), and its region."""
+        function = self._function
+        if function is None:
+            return (lambda t, y, *given: y), Near(self.t0, self._tf, self.y0)
+        before = Near(self.t0, self.t0 - (self._tf - self.t0), self.y0)
+        if self._args:
+            return (lambda t, y, laid_out, *args: np.atleast_1d(function(t, *args))), before
+        return (lambda t, y, *given: np.atleast_1d(function(t))), before
 
-    def __exit__(self, *raised):
-        HISTORIES.pop(self.laid_out.ctypes.data, None)
-
-    def _compiled(self, t0, tf):
-        n = len(self.y0)
+    def _compiled(self):
         if self._earlier is not None:  # in Python: a sum over its steps, for the first delay only
             return self._called_back(self.before)
-        if self._function is None:
-            constant = self._constant
-            return bind(lambda t, y: constant, (), HISTORY, n, Near(t0, tf, self.y0))
-        function = self._function
+        fun, near = self._in_time()
+        return bind(fun, self._given, HISTORY, len(self.y0), near)
 
-        def of_time(t, y):
-            return np.atleast_1d(function(t))
-
-        return bind(of_time, (), HISTORY, n, Near(t0, t0 - (tf - t0), self.y0))
-
-    def _compiled_slope(self, t0, tf):
+    def _compiled_slope(self):
         """The derivative of the history by t: in Python, unless the history is constant."""
         n = len(self.y0)
-        if self._function is None and self._earlier is None:
-            return bind(lambda t, y: np.zeros(n), (), HISTORY, n, Near(t0, tf, self.y0))
+        if self.is_constant:
+            near = Near(self.t0, self._tf, self.y0)
+            return bind(lambda t, y: np.zeros(n), (), HISTORY, n, near)
         return self._called_back(self.slope)
 
     def _called_back(self, function):
-        n = len(self.y0)
-        callback = Callback(lambda t, y: function(t), HISTORY, n)
+        def longer(t, y):  # zeros where sensitivities follow, whose past slopes nobody reads
+            found = function(t)
+            return np.concatenate([found, np.zeros(len(y) - len(found))])
+
+        callback = Callback(longer, HISTORY, self.n)
         return with_callback(callback, function, [self], HISTORY, np.zeros(FIRST, np.int64))
+
+    def lengthen(self, equations, y0):
+        """Let the history have sensitivities, too; the state and the sensitivities at the start.
+
+        Parameters
+        ----------
+        equations : problem.sensitivities.Variational
+            Of the directions.
+        y0 : ndarray
+            The state at the start, and the derivatives of a constant history.
+
+        Raises
+        ------
+        Uncompilable
+            If the history has no derivatives.
+        ValueError
+            If it jumps.
+        """
+        if self._earlier is not None:
+            raise Uncompilable("an earlier result does not know its derivatives as a history")
+        function = self._bound.function
+        if function is None or function.traced is None:
+            raise Uncompilable("`history` cannot be traced")
+        trace = function.traced.trace
+        if decisions(trace.graph, trace.outputs, (), in_time=True):
+            raise ValueError(
+                "`sensitivity` needs a smooth history: where `history` decides by the time, its "
+                "past may jump, and the derivatives of the solution with it."
+            )
+        fun, near = self._in_time()
+        longer = Variational(fun, HISTORY, *equations[2:])
+        self._bound = bind_variational(longer, self._given, near)
+        self.n = len(y0)
+        self._slope = self._compiled_slope()
+        start: Any = machine_value(self._bound, self.t0, y0)
+        self._start = start
+        self._lay()
+        return self._start
 
     def reads(self, t, order):
         """Note that Python code asks for the past at time t."""
@@ -114,12 +199,12 @@ class History:
 
     def still(self, on):
         """Let later times than the start have the state at the start, or no longer."""
-        self.laid_out.view(np.int64)[words.PAST_STILL] = int(on)
+        self._words()[words.PAST_BEGINS] = int(on)
 
     def before(self, t):
         """The state at a time up to the start, n floats."""
         if self._function is not None:
-            return _numbers(self._function(t))
+            return _numbers(self._function(t, *self._args))
         if self._earlier is None:
             return self._constant.copy()
         begin = self._earlier.sol.t_min
@@ -151,6 +236,7 @@ class History:
         if given is not None:
             return _numbers(given(t))
         function = self._bound.function
+        function = function and function.notes.get(BASE, function)
         if function is None or function.traced is None:
             raise ValueError(
                 "`past.derivative` before the start needs the derivative of `history`, which "
@@ -171,6 +257,26 @@ class History:
         for bound in (self._bound, self._slope):
             if bound.callback is not None and bound.callback.exception is not None:
                 raise bound.callback.exception
+            if bound.block[RAISED_WORD]:
+                t = float(bound.block[TIME : TIME + 1].view(float)[0])
+                self.before(t)
+                raise GaveUp(bound, t)
+
+
+def _takes(function, count):
+    """Whether a function must get `count` numbers, or gets any number of them."""
+    try:
+        parameters = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):
+        return False
+    if any(each.kind is each.VAR_POSITIONAL for each in parameters):
+        return True
+    positional = [
+        each for each in parameters
+        if each.kind in (each.POSITIONAL_ONLY, each.POSITIONAL_OR_KEYWORD)
+    ]  # fmt: skip
+    needed = sum(each.default is each.empty for each in positional)
+    return needed == count
 
 
 def _numbers(value):

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fastdyn.compile.functions import BASE
+from fastdyn.problem.step_options import segments_of_span
 from fastdyn.trace.graph.derivatives import partials
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
@@ -29,7 +31,7 @@ class Delays(NamedTuple):
 
 def delays_of(bound, t0, y0):
     """The Delays of a Bound by its trace; None if the function has no trace."""
-    function = bound.function
+    function = bound.function and bound.function.notes.get(BASE, bound.function)
     if function is None or function.traced is None or function.traced.in_batches:
         return None
     times, fixed, orders = function.derived("delays", lambda: _times(function.traced))
@@ -85,6 +87,76 @@ def followed(starts, delays, t0, tf, order, neutral=()):
         if not len(new):
             break
     return points[(points > t0) & (points < tf)]
+
+
+class Carried:
+    """The jumps of a solution, which constant delays carry on; those of actions as they occur.
+
+    Attributes
+    ----------
+    starts : list of float
+        The times of all jumps so far.
+    """
+
+    def __init__(self, problem, known, starts):
+        p = problem
+        switching = p.segments[:, 2].tolist() if len(p.segments) else []
+        scheduled = [t for each in p.schedules if each.jump is not None for t in times_of(each, p)]
+        self.starts = [*starts, *scheduled]
+        self._delays = known.constant
+        self._neutral = known.neutral
+        self._order = p.method.order
+        self._tf = p.tf
+        self._points = self._from([*self.starts, *switching], p.t0)
+        self._acting = [i for i, each in enumerate(p.events or ()) if each.act is not None]
+        self._last = np.full(len(self._acting), np.nan)
+
+    def _from(self, starts, t):
+        return followed(starts, self._delays, t, self._tf, self._order, self._neutral)
+
+    def taken(self, problem):
+        """The problem with steps that end at the jumps, and are no longer than a delay."""
+        p = problem
+        h_max = min(p.h_max, *self._delays) if self._delays else p.h_max
+        segments = segments_of_span(self._points, p.t0, p.tf)
+        return p._replace(segments=segments, ends_at_switches=False, h_max=h_max)
+
+    def begin(self, y0):
+        """Begin a solve: no event has acted."""
+        self._last[:] = np.nan
+
+    def follow(self, run):
+        """Let the steps end where the delays carry the jumps of the last step's actions.
+
+        No step passes such a time before: a step is no longer than the shortest delay.
+        """
+        last = run.view("events.table")["t_last"][self._acting]
+        new = last[~np.isnan(last) & (last != self._last)]
+        if not new.size:
+            return
+        self._last = last
+        self.starts += new.tolist()
+        state = run.view("solve.state")[0]
+        t = float(state["t"])
+        self._points = _merged(np.concatenate([self._points[self._points > t], self._from(new, t)]))
+        segments = segments_of_span(self._points, t, self._tf)
+        run.lay_segments(segments)
+        state["t_end"] = state["t_stop"] = segments[0, 1]
+        run.view("output.record")["i_segment"] = 0
+
+
+def times_of(schedule, problem):
+    """The times of a Scheduled within the span of a problem."""
+    if schedule.times is not None:
+        return schedule.times[schedule.first : schedule.end].tolist()
+    last = int((problem.tf - schedule.start) / schedule.period)
+    if last - schedule.first > MOST_POINTS:
+        raise ValueError(
+            f"`every={schedule.period:g}` acts more than {MOST_POINTS} times within the span, and "
+            "delays carry each action on: end the span before."
+        )
+    k = np.arange(schedule.first, last + 1)
+    return (schedule.start + k * schedule.period).tolist()
 
 
 def _carried(points, delays, tf):

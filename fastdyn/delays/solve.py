@@ -14,19 +14,17 @@ from fastdyn.compile.python_callback import called_with, evaluate
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.options.table import value_of
-from fastdyn.problem.schedules import listed
-from fastdyn.problem.step_options import segments_of_span
 from fastdyn.run.outcome import result_of
 from fastdyn.run.solve_problem import run_of
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
-from fastdyn.words.kinds import shown
 from fastdyn.words.near import did_you_mean
 
 from .history import History
 from .past import Past
-from .points import Delays, delays_of, followed
+from .points import Delays, delays_of
 from .run import DelayRun
+from .sensitive import NEUTRAL, asked_directions, solved_in_parts
 
 if TYPE_CHECKING:
     from fastdyn.problem.argument_types import Args, Function, Functions, Times, TimeSpan
@@ -34,10 +32,10 @@ if TYPE_CHECKING:
 
 # Methods whose interpolant has the order of the method less one at least.
 METHODS = ("Tsit5", "Vern7", "Vern9", "DOP853")
-# Methods whose interpolant has the order of the method, and so its derivative the order less one.
-# Tsit5's derivative of order 3 is 80 tolerances off at 1e-9 where these are one.
-NEUTRAL = ("Vern7", "Vern9")
-OPTIONS = ("rtol", "atol", "max_step", "first_step", "max_steps", "progress", "compile")
+OPTIONS = (
+    "rtol", "atol", "max_step", "first_step", "on_event", "at", "every", "breakpoints", "max_steps",
+    "progress", "on_interrupt", "compile", "sensitivity",
+)  # fmt: skip
 PRECISE = 1e-6  # relative tolerance below which "auto" takes the higher order
 VANISHING = 1e-9  # share of the time below which a delay is zero: steps are not as short
 
@@ -75,26 +73,29 @@ def solve_dde(
         solve with ``dense_output=True``, which goes on.  A neutral equation takes the derivative of
         a function from its trace, or ``history.derivative(t)``.
     method : str
-        "auto" (Vern7 for `rtol` below 1e-6 and for neutral equations, else Tsit5), "Tsit5",
-        "Vern7", "Vern9" or "DOP853"; for neutral equations "Vern7" or "Vern9".  Other methods do
-        not interpolate as precisely as they step.
+        "auto" (Vern7 for `rtol` below 1e-6, neutral equations and sensitivities, else Tsit5),
+        "Tsit5", "Vern7", "Vern9" or "DOP853"; for neutral equations "Vern7" or "Vern9".  Other
+        methods do not interpolate as precisely as they step.
     t_eval, dense_output, args
         As in `solve_ivp`.
-    events : callable or list of callables, optional
-        As in `solve_ivp`, called as ``event(t, y, past, *args)``.
+    events : callable or Schedule or list of these, optional
+        As in `solve_ivp`, called as ``event(t, y, past, *args)``, and so are the functions of
+        `on_event`.
     delays : array_like of float, optional
         The constant delays of a function that cannot be traced; the trace of a function has them.
     jumps : array_like of float, optional
         Times, before or after the start, at which the history or the equations jump.  (Switching
-        times of a traced function are found.)
+        times of a traced function are found, and those of an earlier result are known.)
     **options
-        `rtol`, `atol`, `max_step`, `first_step`, `max_steps`, `progress`, `compile`, as in
-        `solve_ivp`.
+        `rtol`, `atol`, `max_step`, `first_step`, `on_event`, `at`, `every`, `breakpoints`,
+        `max_steps`, `progress`, `on_interrupt` and `compile`, as in `solve_ivp`; `sensitivity`,
+        names of arguments, delays among them, and "history", if the history is constant.
 
     Returns
     -------
     OdeResult
-        As of `solve_ivp`; `delays` has the constant delays.
+        As of `solve_ivp`; `delays` has the constant delays, `jumps` the times at which the
+        solution, or a low derivative, jumps, and which the delays carry on.
 
     Raises
     ------
@@ -119,34 +120,53 @@ def solve_dde(
         known = f"choose from auto, {', '.join(METHODS)}, whose interpolants are precise enough."
         meant = did_you_mean(method, METHODS, form='"{}"') or known
         raise ValueError(f"`method={method!r}` does not solve delay equations; {meant}")
-    before = History(history, t0, tf)
-    n = len(before.y0)
+    args = validate.extra_arguments(args)
+    before = History(history, t0, tf, args)
+    n = before.n
 
     def equations(t, y, laid_out, *args):
         return fun(t, y, Past(laid_out, n), *args)
 
-    watched = [_with_past(event, n) for event in listed(events, {}) or ()]
     functools.update_wrapper(equations, fun)
-    longer = before.laid_out, *validate.extra_arguments(args)
+    given_args = before.laid_out, *args
     with before:
-        evaluate(called_with(equations, longer), DERIVATIVE, t0, before.y0.copy())
+        evaluate(called_with(equations, given_args), DERIVATIVE, t0, before.y0.copy())
     if method == "auto":
-        precise = before.neutral or np.min(value_of(options, "rtol")) < PRECISE
+        precise = (
+            before.neutral
+            or "sensitivity" in options
+            or np.min(value_of(options, "rtol")) < PRECISE
+        )
         method = "Vern7" if precise else "Tsit5"
     asked = checked(
         equations, t_span, before.y0, method, t_eval, True,
-        None if events is None else watched, False, longer, options,
+        events, False, given_args, options,
     )  # fmt: skip
-    problem = validate.problem(asked, validate.method_named(method), DERIVATIVE)
-    if any(event.act is not None for event in problem.events or ()):
-        raise TypeError("`solve_dde` takes no `on_event`.")
+    problem = _with_past(validate.problem(asked, validate.method_named(method), DERIVATIVE), n)
+    directions = None
+    if asked.sensitivity is not None:
+        if problem.acts or any(each.jump is not None for each in problem.schedules):
+            raise ValueError(
+                "`sensitivity` and `on_event` do not go together in a delay equation: the jumps "
+                "come back at times that vary with the directions."
+            )
+        if jumps is not None:
+            raise ValueError(
+                "`sensitivity` and `jumps` do not go together: the jumps come back at times that "
+                "vary with the directions."
+            )
+        directions = asked_directions(asked.sensitivity, fun, before, args)
     given = None if delays is None else np.unique(np.asarray(delays, float))
-    starts = [] if jumps is None else np.asarray(jumps, float).ravel().tolist()
+    starts = [*before.jumps, *([] if jumps is None else np.asarray(jumps, float).ravel().tolist())]
+
+    def solved(run):
+        return _solved(run, before, given, [t0, *starts])
 
     def solve():
         before.still(True)
-        run = run_of(problem, DelayRun)
-        return _solved(run, before, given, [t0, *starts])
+        if directions is None:
+            return solved(run_of(problem, DelayRun))
+        return solved_in_parts(problem, before, directions, solved)
 
     with before:
         result = or_in_python(solve)
@@ -166,14 +186,20 @@ def _refuse(options):
             )
 
 
-def _with_past(event, n):
-    if not callable(event):
-        raise TypeError(f"`events` of a delay equation are functions; got {shown(event)}.")
+def _with_past(problem, n):
+    """The problem, whose events and actions get the past."""
 
-    def with_past(t, y, laid_out, *args):
-        return event(t, y, Past(laid_out, n), *args)
+    def longer(function):
+        @functools.wraps(function)
+        def with_past(t, y, laid_out, *args):
+            return function(t, y, Past(laid_out, n), *args)
 
-    return functools.update_wrapper(with_past, event)
+        return with_past
+
+    p = problem
+    events = p.events and [e.like(longer(e.function)).acting(longer) for e in p.events]
+    schedules = [each._replace(jump=each.jump and longer(each.jump)) for each in p.schedules]
+    return p._replace(events=events, schedules=tuple(schedules))
 
 
 def _tell_vanishing(result, equations, args, history):
@@ -225,19 +251,22 @@ def _solved(run, history, given, starts):
             f"`past.derivative`: choose from auto, {', '.join(NEUTRAL)}, whose interpolants have "
             "precise derivatives."
         )
+    acts = p.acts or any(each.jump is not None for each in p.schedules)
+    if known.derivatives and acts:
+        raise ValueError(
+            "`on_event` and `past.derivative` do not go together: where the state jumps, its "
+            "derivative is an impulse, which comes back after each delay."
+        )
     if delays and not delays[0] > 0.0:
         raise ValueError(
             f"a delay is {delays[0]:.10g}: `past` is for times before t; use `y` at t, and no "
             "later time."
         )
-    switching = p.segments[:, 2].tolist() if len(p.segments) else []
-    points = followed([*starts, *switching], delays, p.t0, p.tf, p.method.order, known.neutral)
-    p = p._replace(segments=segments_of_span(points, p.t0, p.tf), ends_at_switches=False)
-    if delays:
-        p = p._replace(h_max=min(p.h_max, delays[0]))
-    run.begin_with(p)
+    carried = run.begin_with(p, known, starts)
+    p = run.problem
     status = run.solve(p.y0)
     history.check()
     result = result_of(p, status, run)
     result["delays"] = np.array(delays)
+    result["jumps"] = np.unique(carried.starts)
     return result

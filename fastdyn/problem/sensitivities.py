@@ -1,5 +1,6 @@
 """Derivatives of the solution: `sensitivity` and `adjoint`, checked, and the extended problem."""
 
+import contextlib
 import inspect
 from typing import Any, NamedTuple
 
@@ -71,6 +72,10 @@ class Variational(NamedTuple):
     def as_traced(self):
         """The traced function: function, mode, length of the state, arguments that vary."""
         return self.fun, self.mode, self.n, self.positions()
+
+    def varied(self, args, steps) -> contextlib.AbstractContextManager:
+        """A context in which whatever else the function reads moves along the directions, too."""
+        return contextlib.nullcontext()
 
     def __call__(self, t, z, *args):
         """Call the function alone, which may raise: Python cannot compute the sensitivities."""
@@ -155,8 +160,11 @@ class Saltation(NamedTuple):
         return np.concatenate([own, np.zeros(len(z) - self.n)])
 
 
-def directions_of(wanted, fun, y0, args, option="sensitivity", first=2):
-    """The Directions that an option names; `first` is the place of the first of `args`."""
+def directions_of(wanted, fun, y0, args, option="sensitivity", first=2, start=START):
+    """The Directions that an option names; `first` is the place of the first of `args`.
+
+    `start` is the name of the initial state.
+    """
     given = (wanted,) if isinstance(wanted, str) else wanted
     try:
         given = list(given)
@@ -166,19 +174,21 @@ def directions_of(wanted, fun, y0, args, option="sensitivity", first=2):
     general = _general(args)
     found = {}
     for name in given:
-        if name == START:
-            found[START] = Direction(START, 0, y0)
+        if name == start:
+            found[start] = Direction(start, 0, y0)
         elif name == ARGUMENTS:
             found |= {n: _of_argument(n, j, args, option) for j, n in enumerate(names, 1)}
         elif name in names or name in general:
             j = (names if name in names else general).index(name) + 1
             found[names[j - 1]] = _of_argument(names[j - 1], j, args, option)
         else:
-            known = ", ".join(map(repr, (START, ARGUMENTS, *names)))
+            known = ", ".join(map(repr, (start, ARGUMENTS, *names)))
             raise ValueError(f"`{option}={name!r}` is unknown; choose from {known}.")
     directions = [each for each in found.values() if each.size]
     if not directions:
-        raise ValueError(f"`{option}` names nothing: give 'y0', 'args', or names of arguments.")
+        raise ValueError(
+            f"`{option}` names nothing: give {start!r}, 'args', or names of arguments."
+        )
     return directions
 
 

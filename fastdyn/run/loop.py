@@ -154,19 +154,23 @@ class Run(LaidOut):
 
         Equations in Python are interrupted within a step: their chunks may be long.
         """
-        if self.switching is not None and self.switching.follows:
+        if self.follower() is not None:
             return 1
         if self._own.function is None and not self.watched:
             return int(min(FIRST_LOOK, self.problem.max_steps))
         return int(min(CHUNK_SECONDS / self.cost, FIRST_LOOK, self.problem.max_steps))
+
+    def follower(self):
+        """The object that follows the state between steps, chunks of one step each; or None."""
+        return self.switching if self.switching is not None and self.switching.follows else None
 
     def solve(self, y0, begun=None):
         """Solve from an initial state to the end; the status.
 
         `begun` are the status, the steps and the seconds of a first chunk that is taken already.
         """
-        if self.switching is not None and self.switching.follows:
-            self.switching.begin(y0)
+        if (follower := self.follower()) is not None:
+            follower.begin(y0)
         try:
             if begun is None:
                 first = self.n_first()
@@ -209,8 +213,13 @@ class Run(LaidOut):
         """Whether functions are all compiled, or all in Python, and nothing watches or catches."""
         bare = not self._late and (self._followed is None or self._is_in_python())
         left_alone = not self.watched and self.problem.on_interrupt == "raise"
-        alone = self.switching is None or not self.switching.follows
-        return bare and left_alone and alone and not self._own.pair and self.n_first() > 0
+        return (
+            bare
+            and left_alone
+            and self.follower() is None
+            and not self._own.pair
+            and self.n_first() > 0
+        )
 
     def _is_in_python(self):
         """Whether each function runs in Python, and nothing else does."""
@@ -241,8 +250,7 @@ class Run(LaidOut):
             chunk = next_chunk(n_steps, spent)
         if self.snapshots is None and self.compared.deciding:  # in a long run they cost nothing
             self.take_snapshots(self.compared.most_places)
-        switching = self.switching
-        followed = switching if switching is not None and switching.follows else None
+        follower = self.follower()
         file: Any = checkpoint_of(p, self.bounds)
         if file is not None and (saved := file.load()) is not None:
             status = from_arrays(saved, self)
@@ -266,10 +274,10 @@ class Run(LaidOut):
                 left = p.max_steps - done
                 if left <= 0:
                     return STEP_LIMIT
-                alone = p.callback or followed is not None
+                alone = p.callback or follower is not None
                 n_steps = 1 if alone else int(min(chunk, left, look - done))
-                if followed is not None:
-                    followed.follow(self)
+                if follower is not None:
+                    follower.follow(self)
                 began = perf_counter()
                 status = self.step(n_steps)
                 spent = perf_counter() - began

@@ -190,7 +190,8 @@ def serve_kernel(*sample):
 
 code_store.OFFERED[FACTORS] = kernel_for_all("factors")
 code_store.OFFERED[SOLUTION] = kernel_for_all("solution")
-code_store.OFFERED[PAST] = kernel_for_all("past")
+past_kernel = kernel_for_all("past")
+code_store.OFFERED[PAST] = past_kernel
 both_of_pair = kernel_for_all("both of a pair")
 decide_kernel = kernel_for_all("decide")
 sparse_factors_kernel = kernel_for_all("sparse factors")

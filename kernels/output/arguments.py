@@ -192,11 +192,15 @@ class Launch(NamedTuple):
 
 
 # Words of the history of a delay equation, see `state_before` of `dense_output.py`: addresses of
-# the polynomials, of their (start, size), and of the number of polynomials; rows of a polynomial;
-# the start of the solve; whether later times than the last step have the state at the start (before
-# a solve, while code is compared with its function); the addresses of the blocks of the history and
-# of its derivative; from PAST_HINT on, the last polynomial of each place that reads the past.
-PAST_D, PAST_SPANS, PAST_COUNT, PAST_ROWS, PAST_T0, PAST_STILL, PAST_HISTORY = range(7)
+# the polynomials, of their (start, size), of the number of polynomials, and of the time that is
+# reached, which is before the end of the last polynomial if an event ended the step; rows of a
+# polynomial, and its components; the start of the solve; whether later times than the last step
+# have the state at the start (PAST_BEGINS, while code is compared with its function before a
+# solve); the Python object of the history while a solve runs, else 0; the addresses of the state at
+# the start, of room for another, and of the blocks of the history and of its derivative; from
+# PAST_HINT on, the last polynomial of each place that reads the past.
+PAST_D, PAST_SPANS, PAST_COUNT, PAST_NOW, PAST_ROWS, PAST_N, PAST_T0, PAST_BEGINS = range(8)
+PAST_OBJECT, PAST_Y0, PAST_ROOM, PAST_HISTORY = range(8, 12)
 PAST_HINT = PAST_HISTORY + 2
 PAST_PLACES = 8  # places with a hint of their own
 PAST_WORDS = PAST_HINT + PAST_PLACES

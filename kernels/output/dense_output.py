@@ -18,14 +18,18 @@ from ..state.layout import Form
 from ..state.record import RAISED, RUNNING, Y_OLD, K, Y
 from ..state.rows import keep_vector, numbers_of, scratch, vector_at
 from .arguments import (
+    PAST_BEGINS,
     PAST_COUNT,
     PAST_D,
     PAST_HINT,
     PAST_HISTORY,
+    PAST_N,
+    PAST_NOW,
+    PAST_ROOM,
     PAST_ROWS,
     PAST_SPANS,
-    PAST_STILL,
     PAST_T0,
+    PAST_Y0,
 )
 
 F = 1  # rows of `d`: y_old, then F0, F1, ...
@@ -67,15 +71,26 @@ def polynomial(d, x, out):
 
 
 @njit(**INTERNAL)
-def slope_of_polynomial(d, x, h, out):
-    """The derivative by t at x in [0, 1] of a step of size h, written to `out` of length n."""
+def some_of_polynomial(d, x, first, out):
+    """The components from `first` on at x, with the bits of `polynomial`."""
     last = d.shape[0] - 1
-    for i in range(d.shape[1]):
-        total = d[last, i] + 0.0
+    for i in range(len(out)):
+        total = d[last, first + i] + 0.0
+        for j in range(last, 0, -1):
+            total = d[j - 1, first + i] + total * _factor(x, j)
+        out[i] = total
+
+
+@njit(**INTERNAL)
+def slope_of_polynomial(d, x, h, first, out):
+    """The derivatives by t of the components from `first` on, at x of a step of size h."""
+    last = d.shape[0] - 1
+    for i in range(len(out)):
+        total = d[last, first + i] + 0.0
         slope = 0.0
         for j in range(last, 0, -1):
             slope = slope * _factor(x, j) + (total if (j - F) % 2 == 0 else -total)
-            total = d[j - 1, i] + total * _factor(x, j)
+            total = d[j - 1, first + i] + total * _factor(x, j)
         out[i] = slope / h
 
 
@@ -198,35 +213,55 @@ def _found(spans, count, t, hint):
 
 
 @njit(**INTERNAL)
-def state_before(history, place, t, order, out):
-    """Write the state at time t, or its derivative, to `out`; NaN behind the last step.
+def _of_history(words, t, order, first, out):
+    """Write components of the history, or of its derivative, at time t to `out`."""
+    n = words[PAST_N]
+    y0 = carray(numbers_at(words[PAST_Y0]), (n,))
+    if len(out) == n:
+        call_function(words[PAST_HISTORY + order], t, y0, out)
+        return
+    room = carray(numbers_at(words[PAST_ROOM]), (n,))
+    call_function(words[PAST_HISTORY + order], t, y0, room)
+    for i in range(len(out)):
+        out[i] = room[first + i]
+
+
+@njit(**INTERNAL)
+def state_before(history, place, t, order, first, out):
+    """Write components of the state at time t, or of its derivative; NaN behind the last step.
 
     A delay equation reads the dense output of its own solve.  `history` is the array of words of
     `arguments.py`; `place` numbers the reads of the function, `order` is 0, or 1 for the
-    derivative, which is that of the step that begins where two steps meet.
+    derivative, which is that of the step that begins where two steps meet.  `out` receives the
+    components from `first` on.
     """
     words = words_at(address_of(history))
     t0 = history[PAST_T0]
-    if not t > t0 or words[PAST_STILL] != 0:
-        call_function(words[PAST_HISTORY + order], min(t, t0), out, out)
+    if not t > t0 or words[PAST_BEGINS] != 0:
+        _of_history(words, min(t, t0), order, first, out)
         return 0
     count = words_at(words[PAST_COUNT])[0]
     spans = carray(numbers_at(words[PAST_SPANS]), (count + 1, 2))
-    end = t0 if count == 0 else spans[count - 1, 0] + spans[count - 1, 1]
+    end = t0
+    if count != 0:  # an event may end a step before its polynomial
+        end = min(spans[count - 1, 0] + spans[count - 1, 1], numbers_at(words[PAST_NOW])[0])
     if t > end + BEYOND * max(abs(t), abs(end)):
         for i in range(len(out)):
             out[i] = float("nan")
         return 0
     if count == 0:
-        call_function(words[PAST_HISTORY + order], t0, out, out)
+        _of_history(words, t0, order, first, out)
         return 0
     at = _found(spans, count, t, words[PAST_HINT + place])
     words[PAST_HINT + place] = at
     rows = words[PAST_ROWS]
-    d = carray(numbers_at(words[PAST_D] + 8 * at * rows * len(out)), (rows, len(out)))
+    n = words[PAST_N]
+    d = carray(numbers_at(words[PAST_D] + 8 * at * rows * n), (rows, n))
     x = (t - spans[at, 0]) / spans[at, 1]
-    if order == 0:
+    if order != 0:
+        slope_of_polynomial(d, x, spans[at, 1], first, out)
+    elif len(out) == n:
         polynomial(d, x, out)
     else:
-        slope_of_polynomial(d, x, spans[at, 1], out)
+        some_of_polynomial(d, x, first, out)
     return 0

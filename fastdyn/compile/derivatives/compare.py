@@ -10,6 +10,7 @@ import numpy as np
 
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.operations import OPERATIONS
 from fastdyn.trace.reads.reads import flat
 
 from ..compare import Different, agree, called, machine_value, python_value
@@ -141,9 +142,10 @@ def _of_solution(bound, equations, args, t, z, sizes, span, rng):
     def at(h):
         moved = equations.joined(own + h * (columns @ w), columns)
         try:
-            return equations(
-                t, moved, *_moved(equations.directions, equations.n_start, args, h * w)
-            )[:n]
+            with equations.varied(args, h * w):
+                return equations(
+                    t, moved, *_moved(equations.directions, equations.n_start, args, h * w)
+                )[:n]
         except Exception:
             return None
 
@@ -208,6 +210,7 @@ def _largest(bound, t, y, results):
     function = bound.function
     own = function.notes[DECISIONS][0].outputs if DECISIONS in function.notes else None
     nodes = live(own or function.traced.stored[: len(results)])
+    nodes = [node for node in nodes if not OPERATIONS[node.op].inner]
     graph = function.traced.trace.graph
     values = flat([value for _, value in bound.values])
     found = evaluate(graph, [], np.array([t]), y[:, None], values, nodes)[1]

@@ -16,6 +16,7 @@ import math
 import numpy as np
 
 from fastdyn.trace.graph.derivatives import partials
+from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import decisions, first_jump
 from fastdyn.trace.graph.refusal import Untraceable, refused_as
 from fastdyn.trace.graph.substitute import substituted
@@ -29,6 +30,7 @@ from ..python_callback import Held
 from ..traced.known import why
 from ..traced.make import Near, traced_function
 from .columns import Columns
+from .past import outputs_of_past
 
 MOST_STRAIGHT = 16  # numbers, up to which kernels inline the function
 DECISIONS = "decisions"  # a key of a Function's notes
@@ -139,7 +141,10 @@ def _extended(base, columns, n, mode, located):
     size = n * (1 + len(columns))
     slots = {slot for slot in columns if slot is not None}
     graph = traced.trace.graph
-    if mode.residual:
+    if any(node.op == "past" for node in live(traced.stored)):
+        function = traced.with_outputs(outputs_of_past(graph, traced, columns, n), mode, size)
+        function = function.compiled()
+    elif mode.residual:
         outputs, raising = _of_residual(traced, columns, n)
         function = traced.with_outputs(outputs, mode, 2 * size, raising).compiled()
     elif mode is SALTATION or size <= MOST_STRAIGHT:

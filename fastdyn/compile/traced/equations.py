@@ -121,7 +121,7 @@ def _past(emitter, node, args):
     history = emitter.source.table(node.args[1].data)
     time = b.bitcast(args[0], WORD)
     place = WORD(node.args[0].key % PAST_PLACES)
-    words = [*_row(b, history, n_words), place, time, WORD(order), *_row(b, numbers, n)]
+    words = [*_row(b, history, n_words), place, time, WORD(order), WORD(0), *_row(b, numbers, n)]
     _called(b, PAST, words)
     return numbers
 

@@ -4,7 +4,7 @@ Forward accumulation: each node gets its derivatives with respect to the inputs 
 At a kink, the derivatives are one-sided.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -70,6 +70,23 @@ def entries(found):
     places = sorted((j, i) for i, row in enumerate(found) for j in row)
     at = np.array(places, dtype=np.int64).reshape(-1, 2)
     return Entries(at[:, 1], at[:, 0], [found[i][j] for j, i in places])
+
+
+def along_directions(graph, outputs, known, inputs, of_past):
+    """The derivatives of each output along several directions, as dicts {direction: node}.
+
+    Parameters
+    ----------
+    known : dict of str to dict
+        By the keys of the `inputs` that move, their derivatives by direction.
+    of_past : callable
+        ``of_past(node)``, the derivatives {direction: node} of a component of a past state at a
+        fixed time.
+    """
+    graph.most = len(graph.nodes) + 2 * MAX_NODES
+    sweep = _Sweep(graph, outputs, known, inputs)
+    sweep.of_past = of_past
+    return sweep.found(outputs)
 
 
 def partials(graph, outputs, inputs):
@@ -139,6 +156,8 @@ def _by_rules(g, node, depends):
 
 
 class _Sweep:
+    of_past: Any = None  # see `along_directions`
+
     def __init__(self, graph, outputs, known, inputs):
         self.graph, self.nodes, self.known = graph, live(outputs), known
         self.slots = {node.data: known.get(node.key, {}) for node in inputs if node.op == "par"}
@@ -170,6 +189,9 @@ class _Sweep:
         for slot, d in inside_tables(g, node, self.slots):
             for i, rate in self.slots[slot].items():
                 terms.setdefault(i, []).append(g.mul(d, rate))
+        if node.op == "of_past" and self.of_past is not None:
+            for i, d in self.of_past(node).items():
+                terms.setdefault(i, []).append(d)
         return self._added(terms)
 
     def _depends(self, node):

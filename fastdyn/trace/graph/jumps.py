@@ -12,12 +12,16 @@ AT_THE_END = 1e-9  # fraction of a step
 TOLERANCE = 1e-6  # smallest jump that counts, relative to the largest output along the solution
 
 
-def decisions(graph, outputs, slots):
-    """The nodes that change discontinuously with the state, or with the parameters in `slots`."""
+def decisions(graph, outputs, slots, in_time=False):
+    """The nodes that change discontinuously with the state, or with the parameters in `slots`.
+
+    States of the past count as the state; `in_time` lets the time count, too.
+    """
     found = []
     depends = set()
     for node in live(outputs):
-        own = node.op == "y" or (node.op == "par" and node.data in slots)
+        own = node.op in ("y", "of_past", "of_slope") or (node.op == "par" and node.data in slots)
+        own = own or (in_time and node.op == "t")
         if not own and not any(a.key in depends for a in node.args):
             continue
         depends.add(node.key)
