@@ -1,12 +1,12 @@
 """The house is in order: short files, short functions, few parameters."""
 
-import ast
 import collections
-import functools
 import pathlib
 import re
 
 import pytest
+
+from support.parsed import parsed
 
 ROOT = pathlib.Path(__file__).parents[1]
 FILES = [p for d in ("fastdyn", "kernels", "tests", "bench") for p in (ROOT / d).rglob("*.py")]
@@ -18,40 +18,18 @@ MANY = {"solve_ensemble", "solve_dae_ensemble", "energy_drift", "solve_bvp", "pr
 MANY |= {"solve_sde", "solve_langevin", "odeint"}
 
 
-@functools.cache
-def tree(path):
-    return ast.parse(path.read_text())
-
-
-@functools.cache
-def functions(path):
-    return [node for node in ast.walk(tree(path)) if isinstance(node, ast.FunctionDef)]
-
-
-def body(function):
-    first = function.body[1:2] if ast.get_docstring(function) else function.body[:1]
-    return function.end_lineno - first[0].lineno + 1 if first else 0
-
-
-def lines_of_code(path):
-    """The lines of a file, without its tables: a table or registry may be long."""
-    text = path.read_text()
-    tables = [node for node in tree(path).body if isinstance(node, ast.Assign | ast.AnnAssign)]
-    return len(text.splitlines()) - sum(node.end_lineno - node.lineno for node in tables)
-
-
 def test_files_and_functions_are_short():
     assert len(FILES) > 200
-    assert [path for path in FILES if lines_of_code(path) > LINES] == []
-    found = [(path.name, f.name, body(f)) for path in FILES for f in functions(path)]
-    assert [each for each in found if each[2] > BODY] == []
+    assert [path for path in FILES if parsed(path).lines > LINES] == []
+    found = [(path.name, f) for path in FILES for f in parsed(path).functions]
+    assert [each for each in found if each[1].body > BODY] == []
 
 
 @pytest.mark.parametrize("folder", ["fastdyn", "kernels"])
 def test_functions_have_few_parameters(folder):
-    found = [f for path in (ROOT / folder).rglob("*.py") for f in functions(path)]
+    found = [f for path in (ROOT / folder).rglob("*.py") for f in parsed(path).functions]
     assert len(found) > 100
-    many = {f.name for f in found if len(f.args.args) + len(f.args.kwonlyargs) > PARAMETERS}
+    many = {f.name for f in found if f.n_parameters > PARAMETERS}
     assert many <= MANY
 
 
@@ -97,22 +75,6 @@ def test_each_file_that_builds_llvm_says_why():
     assert [path for path in found if "LLVM, because" not in texts[path]] == []
 
 
-def is_several(node):
-    """Whether a statement puts a tuple into a tuple, and is several statements on one line.
-
-    A swap, ``a, b = b, a``, is one statement: a value reads what stands left of its own target.
-    """
-    for target in node.targets:
-        if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
-            earlier = set()
-            for one, value in zip(target.elts, node.value.elts, strict=False):
-                if earlier & {ast.dump(part) for part in ast.walk(value)}:
-                    return False
-                earlier.add(ast.dump(one).replace("Store()", "Load()"))
-            return True
-    return False
-
-
 def test_ever_fewer_assignments_are_several_on_one_line():
     """One assignment a statement, but for swaps and the unpacking of one value.
 
@@ -120,9 +82,8 @@ def test_ever_fewer_assignments_are_several_on_one_line():
     the message names into SEVERAL.
     """
     paths = [path for folder in ("fastdyn", "kernels") for path in (ROOT / folder).rglob("*.py")]
-    nodes = [node for path in paths for node in ast.walk(tree(path))]
-    assignments = [node for node in nodes if isinstance(node, ast.Assign)]
-    share = 100 * sum(map(is_several, assignments)) / len(assignments)
-    assert len(assignments) > 10_000
+    n_assignments = sum(parsed(path).n_assignments for path in paths)
+    share = 100 * sum(parsed(path).n_several for path in paths) / n_assignments
+    assert n_assignments > 10_000
     assert share <= SEVERAL, f"{share:.2f} % of the assignments put a tuple into a tuple"
     assert share > SEVERAL - 1.0, f"the share has fallen: write {share + 0.01:.2f} into SEVERAL"

@@ -1,12 +1,13 @@
 """pyproject.toml declares the imports of the package, and the versions that are run and named."""
 
-import ast
 import importlib.metadata
 import pathlib
 import re
 import subprocess
 import sys
 import tomllib
+
+from support.parsed import parsed
 
 ROOT = pathlib.Path(__file__).parents[1]
 DECLARED = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -23,11 +24,7 @@ def text(name):
 def test_what_is_imported_is_declared():
     found = set()
     for path in (*(ROOT / "fastdyn").rglob("*.py"), *(ROOT / "kernels").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-            if isinstance(node, ast.Import):
-                found |= {alias.name.partition(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and not node.level:
-                found.add(node.module.partition(".")[0])
+        found |= parsed(path).imported
     known = {re.match(r"[\w-]+", each)[0].lower().replace("-", "_") for each in OF_USERS}
     assert found - known - set(sys.stdlib_module_names) - {"fastdyn"} - BY_OTHERS == set()
     assert not {"matplotlib", "tqdm"} & found  # they are imported by `needed` alone

@@ -1,5 +1,6 @@
 """How the tests run: what hangs is ended, memory goes, and no plugin of pytest's is needed."""
 
+import os
 import pathlib
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from support.apart import CAN_FORK
 from support.hanging import Patience
 
 TESTS = pathlib.Path(__file__).parent
+ALONE = {name: value for name, value in os.environ.items() if "XDIST" not in name}  # no worker
 HANGING = """
 import os, threading, time
 from support.hanging import Patience, watch
@@ -44,7 +46,7 @@ def test_a_busy_machine_shortens_no_test():
 def test_the_tests_run_without_the_cache_of_pytest():
     one = f"{TESTS / 'test_house.py'}::test_every_folder_is_a_package"
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", one]
-    done = subprocess.run(command, cwd=TESTS.parent, capture_output=True)
+    done = subprocess.run(command, cwd=TESTS.parent, capture_output=True, env=ALONE)
     assert done.returncode == 0, done.stdout.decode()
 
 
@@ -106,7 +108,8 @@ def test_each_folder_runs_in_a_process_that_ends(tmp_path):
         path.parent.mkdir(exist_ok=True)
         path.write_text(textwrap.dedent(text).replace("TESTS", repr(str(TESTS))))
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-W", "error", "-q", "-rA"]
-    done = subprocess.run([*command, "."], cwd=tmp_path, capture_output=True, text=True)
+    command.append(".")
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=ALONE)
     assert done.returncode == 1, done.stderr
     assert "2 failed, 5 passed" in done.stdout
     assert "the process of this folder of tests ended by signal or exit status -9" in done.stdout

@@ -129,7 +129,7 @@ def tabled(t, w, table, k):
 
 
 def in_python(t, w, k):
-    return [{"v": w[1]}["v"], -float(str(k)) * w[0]]
+    return [w[1], -float(str(k)) * w[0]]
 
 
 def choosy(t, w, k):
