@@ -9,7 +9,7 @@ def with_observed(options, own):
     if callback is None:
         return options
     OPTIONS["callback"].check(callback)
-    from fastdyn.solve.stepper import observed  # imports SciPy
+    from fastdyn.solve.by_method import observed  # imports SciPy
 
     from .observer import Observer
 

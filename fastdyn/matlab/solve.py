@@ -12,7 +12,7 @@ from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.run.solve_problem import solve_problem
-from fastdyn.solve.stepper import observed
+from fastdyn.solve.by_method import observed
 from fastdyn.words import kinds
 from fastdyn.words.calls import takes
 

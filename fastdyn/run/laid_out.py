@@ -67,6 +67,8 @@ class LaidOut(PythonBetween):
     plan : memory.Plan
     memory : ndarray
         The memory of the last solve, also after a failure; each solve has its own memory.
+    segments : ndarray
+        The present segments of the span.
     grown : Output or None
         The output of the last solve, if Python needed the output before the end.
     snapshots : ndarray or None
@@ -98,7 +100,7 @@ class LaidOut(PythonBetween):
         called = *(b.callback for b in self.bounds), self._matrices.solver
         self.callbacks = [c for c in called if c is not None]
         self._follow(problem, bound, others)
-        self.switching: Any = switching_of(problem, bound, others)
+        self.switching: Any = switching_of(problem, bound, others, self._followed is not None)
         self._late = [c.account for c in self.callbacks if getattr(c, "account", None)]
         self.evaluations = problem.method.cost or problem.method.n_stages + 1
         seconds = (math.inf if b.function is None else b.function.seconds for b in self.bounds)
@@ -171,6 +173,7 @@ class LaidOut(PythonBetween):
 
     def lay_segments(self, segments):
         """Give the kernel the segments of the span, or the changes that steps may jump over."""
+        self.segments = segments
         switching = self.switching
         watch = watch_of(self.problem)
         if len(segments):

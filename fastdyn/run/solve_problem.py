@@ -9,7 +9,9 @@ from fastdyn.compile.derivatives.sparse_jacobian import (
 )
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.python_callback import evaluate
+from fastdyn.compile.sentences import WritesToState
 from fastdyn.kernels.methods.method import ON_PAIRS
+from fastdyn.kernels.state.record import NON_FINITE
 from fastdyn.problem.domains.options import check_start
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import (
@@ -21,11 +23,12 @@ from fastdyn.specialise.scalar import shared_kernel
 
 from .begin import shape_of, watch_of
 from .functions.bound import bind_functions, leave_writers_to_scipy
+from .functions.compared import Compared
 from .functions.python_between import of_python_between
-from .loop import Run
+from .loop import Run, announce
 from .matrices.check_jacobian import check_jacobian
 from .memory import plan
-from .outcome import result_of
+from .outcome import outcome, result_of
 from .stiffness import notice, watch
 
 WORDS = 1000  # a state of so many words counts as much as a small run
@@ -64,6 +67,32 @@ def run_of(problem, kind: type[Run] = Run):
         leave_writers_to_scipy(p, bound, others)
     asked = p.mode.second_order and bound.function is None  # in `check_second_order`, twice
     return kind(p, bound, others, 2 if asked else 0)
+
+
+def run_of_steps(problem):
+    """A Run whose code is compared after steps 1, 2, 4, 8, ..."""
+    run = run_of(problem)
+    run.compared = Compared(run, of="steps")
+    return run
+
+
+def begun(problem):
+    """A Run before its first step."""
+    try:
+        run = run_of_steps(problem)
+    except WritesToState:
+        raise ValueError(
+            "`fun` writes to the state, between the steps too: take a solver of SciPy's."
+        ) from None
+    if run.switching is not None:
+        run.switching.begin(problem.y0)
+    status = run.begin(problem.y0)
+    run.check(status)
+    announce(run.bounds)
+    if status == NON_FINITE:
+        state, work = run.view("solve.state"), run.view("solve.work")
+        raise ValueError(outcome(status, state, work, problem)[1])
+    return run
 
 
 def in_time(problem):

@@ -69,6 +69,23 @@ def _observed(asked):
     """The Arguments, with the user's `callback` as a function that a Run calls."""
     if asked.options.get("callback") is None:
         return asked
-    from .stepper import observed  # imports SciPy
-
     return asked.with_options(callback=observed(asked.options["callback"]))
+
+
+def observed(callback, function=None, follow=None):
+    """The function that a Run calls after each step, for a `callback` of the user.
+
+    ``follow(run)`` is the solver that `callback` gets, by default a Stepper.
+    """
+    from .stepper import Stepper  # imports SciPy
+
+    found: list = []
+
+    def after_step(run):
+        if not found or found[0]._run is not run:
+            found[:] = [(follow or Stepper.of_run)(run)]
+        found[0].look()
+        return callback(found[0])
+
+    vars(after_step)["function"] = function or callback  # may change values that `fun` uses
+    return after_step

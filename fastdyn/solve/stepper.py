@@ -6,8 +6,8 @@ import numpy as np
 from scipy.integrate import DenseOutput, OdeSolver
 
 from fastdyn.compile.bind import leave_to_python, or_in_python
-from fastdyn.compile.sentences import GaveUp, WritesToState
-from fastdyn.kernels.state.record import EVENT, FINISHED, NON_FINITE, RUNNING, Y
+from fastdyn.compile.sentences import GaveUp
+from fastdyn.kernels.state.record import EVENT, FINISHED, RUNNING, Y
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked, compiled_method, refuse
 from fastdyn.problem.discrete import longer
@@ -17,13 +17,13 @@ from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.problem.step_options import within
 from fastdyn.run.dense_output import PiecewisePolynomial, floors_of
-from fastdyn.run.functions.compared import Compared
-from fastdyn.run.loop import announce, counters
+from fastdyn.run.functions.switching import goes_on, rest_of
+from fastdyn.run.loop import counters
 from fastdyn.run.outcome import as_components, n_factorised, occurrences_of, outcome
 from fastdyn.run.output import occurrences_in
 from fastdyn.run.result import COUNTS, FIELDS, Counted
 from fastdyn.run.resume import put_tables
-from fastdyn.run.solve_problem import run_of
+from fastdyn.run.solve_problem import begun, run_of_steps
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -44,7 +44,8 @@ STATE = (
     "y_events",
     "step_size",
 )
-OF_RUN = ("_run", "_sol", "_given", "_asked", "_method", "fun")  # attributes that are not copied
+# Attributes that are not copied.
+OF_RUN = ("_run", "_sol", "_given", "_asked", "_problem", "_method", "fun")
 
 
 @filled("Stepper")
@@ -136,10 +137,10 @@ class Stepper(OdeSolver):
             asked, self._n_own = longer(asked)
         ours = compiled_method("Stepper", asked)
         self._asked, self._method = asked, ours
-        problem = validate.problem(asked, ours, mode_for(asked, ours))
+        self._problem = validate.problem(asked, ours, mode_for(asked, ours))
         vars(self).update(vectorized=vectorized, fun=fun)
         self._found: list = []  # (index, t, y) of the events of each step
-        self._follow(or_in_python(lambda: _begun(problem)), asked.t0, asked.y0)
+        self._follow(self._started(), asked.t0, asked.y0)
         if self._watches:
             self._take_over(self._run.step(0))  # a schedule may act at the start
 
@@ -169,15 +170,38 @@ class Stepper(OdeSolver):
             asked = asked.with_options(breakpoints=left)
         if self._method.error_order and h > 0:
             asked = asked.with_options(first_step=h)
-        problem = validate.problem(asked, self._method, run.problem.mode)
+        problem, mode = self._problem, run.problem.mode
+        self._problem = validate.problem(asked, self._method, mode)
         counts = {field.name: getattr(self, field.name) for field in COUNTS}
         first, given = self._given
-        new = or_in_python(lambda: _begun(problem))
+        try:
+            new = self._started()
+        except BaseException:
+            self._problem = problem
+            raise
         own = vars(self)
         own["_run"], own["_sol"], own["_before"] = new, None, counts
         own["_given"] = (first[0], self.t, self.y.copy(), first[3]), {**given, "args": args}
         if self._watches:
             self._take_over(new.step(0))
+
+    def _started(self):
+        """A Run before its first step; steps that end at switching times are watched."""
+        run = or_in_python(lambda: begun(self._problem))
+        if self._watches or run.switching is None or not run.switching.ends:
+            return run
+        self._watches = True
+        self._asked = self._asked._replace(dense_output=True)
+        self._problem = self._problem._replace(dense_output=True)
+        return or_in_python(lambda: begun(self._problem))
+
+    def _other_run(self, before):
+        """A Run with other code, or in Python, that goes on with the memory `before`."""
+        p = self._problem
+        self._run = run_of_steps(p._replace(ends_at_switches=p.ends_at_switches and self._watches))
+        self._run.go_on_from(before)
+        segments = rest_of(p.segments, self.t, p.tf)
+        goes_on(self._run, segments, self._run.problem.h_max)
 
     def __setattr__(self, name, value):
         if name == "args":
@@ -199,7 +223,11 @@ class Stepper(OdeSolver):
         """Pickle arguments and state: a copy goes on bit for bit, in another process, too."""
         if self._given is None:
             raise TypeError("what a `callback` is given cannot be pickled or copied; a Stepper can")
-        arrays = {name: self._run.view(name).copy() for name in KEPT}
+        run = self._run
+        arrays = {name: run.view(name).copy() for name in KEPT}
+        arrays["segments"] = run.segments
+        if run.switching is not None:
+            arrays["switching"] = run.switching.place
         kept = {name: value for name, value in vars(self).items() if name not in OF_RUN}
         kept["y"] = self.y.copy()
         return _resumed, (type(self), *self._given, arrays, kept)
@@ -273,10 +301,10 @@ class Stepper(OdeSolver):
     def _step_impl(self):
         while True:
             if not self._run.holds():  # new outside values need other code
-                before, problem = self._run.memory, self._run.problem
-                self._run = _run_of_steps(problem)
-                self._run.go_on_from(before)
+                self._other_run(self._run.memory)
             run = self._run
+            if run.switching is not None:
+                run.switching.follow(run)
             before = run.memory.copy()
             try:
                 status = run.step()
@@ -288,8 +316,7 @@ class Stepper(OdeSolver):
                     break
             except GaveUp as reason:  # the code raises, but the Python function may not
                 leave_to_python(reason.bound, reason)
-                self._run = _run_of_steps(run.problem)
-                self._run.go_on_from(before)
+                self._other_run(before)
         if status not in (RUNNING, FINISHED, EVENT):
             state, work = self._run.view("solve.state"), self._run.view("solve.work")
             return False, outcome(status, state, work, run.problem, run.bounds[0])[1]
@@ -321,7 +348,7 @@ class Stepper(OdeSolver):
 
     def _named(self, t):
         """A breakpoint in the place of the start of its segment, a few roundings behind."""
-        segments = self._run.problem.segments
+        segments = self._run.segments
         at = np.flatnonzero(segments[1:, 0] == t)
         return float(segments[at[0], 2]) if len(at) else t
 
@@ -362,49 +389,12 @@ def _given_once(first, method):
 def _resumed(cls, arguments, options, arrays, kept):
     """A Stepper with the state of the pickled Stepper."""
     stepper = cls(*arguments, **options)
+    run = stepper._run
     for name in KEPT[:3]:
-        stepper._run.view(name)[:] = arrays[name]
-    put_tables(stepper._run, *[arrays[name] for name in KEPT[3:]])
+        run.view(name)[:] = arrays[name]
+    put_tables(run, *[arrays[name] for name in KEPT[3:]])
+    if run.switching is not None and "switching" in arrays:
+        run.switching.place = arrays["switching"]
+    run.lay_segments(arrays["segments"])
     vars(stepper).update(kept)
     return stepper
-
-
-def _run_of_steps(problem):
-    """A Run whose code is compared after steps 1, 2, 4, 8, ..."""
-    run = run_of(problem._replace(ends_at_switches=False))
-    run.compared = Compared(run, of="steps")
-    return run
-
-
-def _begun(problem):
-    """A Run before its first step."""
-    try:
-        run = _run_of_steps(problem)
-    except WritesToState:
-        raise ValueError(
-            "`fun` writes to the state, between the steps too: take a solver of SciPy's."
-        ) from None
-    status = run.begin(problem.y0)
-    run.check(status)
-    announce(run.bounds)
-    if status == NON_FINITE:
-        state, work = run.view("solve.state"), run.view("solve.work")
-        raise ValueError(outcome(status, state, work, problem)[1])
-    return run
-
-
-def observed(callback, function=None, follow=None):
-    """The function that a Run calls after each step, for a `callback` of the user.
-
-    ``follow(run)`` is the solver that `callback` gets, by default a Stepper.
-    """
-    found: list = []
-
-    def after_step(run):
-        if not found or found[0]._run is not run:
-            found[:] = [(follow or Stepper.of_run)(run)]
-        found[0].look()
-        return callback(found[0])
-
-    vars(after_step)["function"] = function or callback  # may change values that `fun` uses
-    return after_step

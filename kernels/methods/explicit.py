@@ -39,8 +39,9 @@ def read_off(name, table, **orders):
     """The orders of a method, which are checked, and the fields that follow from its table."""
     s = len(table.b)
     times, extra = table.extra
+    c = (0, *table.stages[0].exact, 1)
     tableau = {
-        "c": Row.of((0, *table.stages[0].exact, 1, *times.exact)),
+        "c": Row.of((*c, *times.exact)),
         "a": (Row(), *table.stages[1], table.b, *extra),
         "b": table.b,
         "e": table.errors,
@@ -52,11 +53,21 @@ def read_off(name, table, **orders):
         "n_rows": s + 1 + len(extra),
         "fsal_stage": s,
         "n_dense": 3 + len(table.d),
-        "looks": tuple(sorted({float(c) for c in (*table.stages[0].exact, 1) if c > 0})),
+        "looks": looks(c, table.errors),
         "dense_rows": write_dense_rows(name, table) if table.d else cubic,
         "tableau": tableau,
         "backward": "stages",
     }
+
+
+def looks(c, errors):
+    """The times after the start, as shares of a step, of the stages that an error estimate sees.
+
+    A change that other stages see alone, those of Vern7 and Vern9 without weight, say, or those of
+    a step without an estimate, makes no step shorter.
+    """
+    weights = errors[0].exact if errors else ()
+    return tuple(sorted({float(t) for t, e in zip(c, weights, strict=bool(errors)) if t > 0 and e}))
 
 
 def pair(name, table, estimate=one_estimate, *, order, error_order, dense_order, **matlabs):

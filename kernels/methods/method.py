@@ -62,8 +62,8 @@ class Facts(NamedTuple):
     stable_to : float
         The stability limit of an adaptive explicit method: see `stability_limit`.
     looks : tuple of float
-        The times of a step at which the method evaluates the derivative, in rising order, as shares
-        of the step; empty if they do not matter.
+        The times of a step at which the method evaluates the derivative with a weight in the error
+        estimate, in rising order, as shares of the step.
     backward : str
         How a sweep goes back over the steps: "stages" of an explicit Runge-Kutta method, "kicks"
         of a symplectic one, those of a "rosenbrock" method, those of a "collocation" and of other

@@ -1,7 +1,9 @@
 """Claims about switching times by every method, way and solver: each is right, or tells."""
 
+import copy
 import itertools
 import types
+import warnings
 
 import numpy as np
 import pytest
@@ -59,6 +61,19 @@ def test_constant_steps_tell(method):
     with pytest.warns(SwitchingWarning, match=f"no step of {method} .*give `step=0.2`"):
         solve_ivp(fun, (0, 10), [0.0, 0.0], method, **ends)
     solve_ivp(fresh(lambda t, y: [y[1], pulse(t)]), (0, 10), [0.0, 0.0], method, step=0.01)
+
+
+@pytest.mark.parametrize("method", ["RK23", "RK45", "DOP853", "ode45", "Radau"])
+def test_a_stage_without_weight_looks_at_nothing(method):
+    """Wherever a short pulse lies within a step, its area is found, or the user is told."""
+    step, width = 0.5, 0.03  # longest step; a stage sees a pulse as hundreds of tolerances
+    for share in np.linspace(0.01, 0.9, 24):
+        start = 4.0 + step * share
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", SwitchingWarning)
+            fun = fresh(lambda t, y, start: [pulse(t, start, width)])
+            run = solve_ivp(fun, (0, 6), [0.0], method, args=(start,), max_step=step)
+        assert caught or run.y[0, -1] == pytest.approx(width, rel=0.05), share
 
 
 def test_a_force_tells():
@@ -162,13 +177,102 @@ def test_phases(method):
         assert run.y[0, -1] == pytest.approx(0.2, rel=1e-9)
 
 
-@pytest.mark.parametrize("method", ["Tsit5", "RK45", "Gauss8"])
+@pytest.mark.parametrize("method", ["DOP853", "RK45", "Gauss8"])
 def test_steppers_tell(method):
     ends = {"step": 0.5} if method == "Gauss8" else {}
     stepper = Stepper(fresh(lambda t, y: [pulse(t)]), 0.0, [0.0], 10.0, method=method, **ends)
     with pytest.warns(SwitchingWarning, match=f"no step of {method}"):
         while stepper.status == "running":
             stepper.step()
+
+
+def end_of(stepper):
+    while stepper.status == "running":
+        stepper.step()
+    return stepper.y
+
+
+@pytest.mark.parametrize("method", ["Tsit5", "Vern7", "Vern9", "Rodas5P", "Taylor"])
+@pytest.mark.parametrize("span", [(0.0, 10.0), (10.0, 0.0)])
+def test_own_steps_of_steppers_end_there(method, span):
+    def fun(t, y):
+        return [pulse(t)]
+
+    stepper = Stepper(fun, span[0], [0.0], span[1], method=method)
+    expected = solve_ivp(fun, span, [0.0], method)
+    times = [stepper.t]
+    while stepper.status == "running":
+        stepper.step()
+        times.append(stepper.t)
+        assert stepper.interpolate(stepper.t) == pytest.approx(stepper.y, abs=1e-14)
+    assert {5.0, 5.2} <= set(times) and times == expected.t.tolist()
+    assert stepper.y[0] == expected.y[0, -1] == pytest.approx(0.2 * (span[1] - span[0]) / 10)
+
+
+def test_values_that_change_between_steps_give_other_times():
+    """Outside values, the arguments, and a value that needs other code: a list of pulses."""
+    outside = {"start": 9.0, "more": [3.0]}
+
+    def fun(t, y, width):
+        force = pulse(t, outside["start"], width)
+        for start in outside["more"]:
+            force += pulse(t, start, width)
+        return [force]
+
+    stepper = Stepper(fun, 0.0, [0.0], 10.0, method="Vern9", args=(0.2,))
+    while stepper.t < 1.0:
+        stepper.step()
+    outside["start"] = 5.0
+    while stepper.t < 3.5:
+        stepper.step()
+    assert stepper.y[0] == pytest.approx(0.2)
+    outside["more"] = [3.0, 7.0]
+    while stepper.t < 6.0:
+        stepper.step()
+    stepper.args = (0.1,)
+    assert end_of(stepper)[0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("method", ["Vern9", "RK45"])
+def test_copies_of_steppers_go_on(method):
+    def fun(t, y, d):
+        return [pulse(t, d[0], 0.1)]
+
+    given = {"discrete": [-5.0], "events": at([1.0]), "on_event": lambda t, y, d: (y, [5.0])}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SwitchingWarning)
+        stepper = Stepper(fun, 0.0, [0.0], 10.0, method=method, **given)
+        while stepper.t < 1.0:
+            stepper.step()
+        for _ in range(2):
+            stepper.step()
+            copied = copy.deepcopy(stepper)
+            assert end_of(copied) == end_of(copy.deepcopy(stepper))
+        end = end_of(stepper)
+    assert end == end_of(copied) and (method == "RK45" or end[0] == pytest.approx(0.1))
+
+
+@pytest.mark.filterwarnings("ignore:.*runs in Python")
+@pytest.mark.parametrize("method", ["Tsit5", "Vern9"])
+def test_python_code_within_a_solve_gives_other_times(method):
+    outside = {"start": 100.0}
+
+    def fun(t, y):
+        return [pulse(t, outside["start"])]
+
+    def watch(solver):
+        outside["start"] = 5.0
+
+    run = solve_ivp(fun, (0, 10), [0.0], method, callback=watch, max_step=2.0)
+    assert run.y[0, -1] == pytest.approx(0.2)
+    outside["start"] = 100.0
+
+    def crossed(t, y):
+        outside["start"] = 5.0
+        return t - 2.0
+
+    run = solve_ivp(fun, (0, 10), [0.0], method, events=crossed)
+    assert run.y[0, -1] == pytest.approx(0.2)
 
 
 def test_a_function_in_python_has_no_times():

@@ -13,6 +13,7 @@ import numpy as np
 
 from fastdyn.compile.callables import codes
 from fastdyn.compile.sentences import warn
+from fastdyn.kernels.calls.block import FAULT, FIRST
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.kernels.state.record import Y
 from fastdyn.problem.step_options import last_time, segments_of_members, segments_of_span
@@ -28,10 +29,11 @@ class SwitchingWarning(UserWarning):
     """A step jumped over changes of the function, and the method looked at no time between them."""
 
 
-def switching_of(problem, bound, others=()):
+def switching_of(problem, bound, others=(), python_between=False):
     """The Switching of a solve; None if its functions do not switch, or if it need not know.
 
-    `others` are the functions that are called between steps, first those of the events.
+    `others` are the functions that are called between steps, first those of the events;
+    `python_between` tells whether Python code runs within the solve.
     """
     p = problem
     parts = []
@@ -55,7 +57,9 @@ def switching_of(problem, bound, others=()):
         [Timed(*each, sharp) for each in listed if each[2] is not None]
         for listed, sharp in ((parts, not ends), (hidden, False))
     )
-    return Switching(bound, parts, hidden, ends, p) if parts or hidden else None
+    if not (parts or hidden):
+        return None
+    return Switching(bound, parts, hidden, p, python_between)
 
 
 def _place_told(bound, method):
@@ -80,14 +84,15 @@ class Switching:
     changes, looks : ndarray
         As of `kernels.output.arguments.Output`.
     follows : bool
-        Whether actions may change components of the state on which the times depend.
+        Whether actions may change components of the state on which the times depend, or Python code
+        that runs within a solve values from outside.
     """
 
-    def __init__(self, bound, parts, hidden, ends, problem):
+    def __init__(self, bound, parts, hidden, problem, python_between):
         p = problem
         self.parts = parts
         self.hidden = hidden
-        self.ends = ends
+        self.ends = p.ends_at_switches
         self._bound = bound
         self._method = p.method
         self._asked = p.segments
@@ -96,8 +101,8 @@ class Switching:
         self._last: Any = None
         self.held = sorted({i for each in (*parts, *hidden) for i in each.switches.held})
         acts = p.acts or any(each.jump is not None for each in p.schedules)
-        self.follows = bool(self.held) and acts
-        self._present = []
+        self.follows = (bool(self.held) and acts) or python_between
+        self._present: Any = None
 
     def taken(self, problem, bounds):
         """The problem of a solve, whose steps may end at the switching times, too."""
@@ -142,34 +147,41 @@ class Switching:
         return segments_of_span(times, t0, tf), h_max
 
     def follow(self, run):
-        """Let the steps end at the times for the present values of the components that are held.
+        """Let the steps end at the times for the present values of parameters and components.
 
-        Actions may have changed them in the last step.
+        Actions, or Python code, may have changed them in the last step.
         """
-        state = run.view("solve.state")[0]
-        record = run.view("output.record")[0]
-        t = float(state["t"])
         y = run.view("solve.work")[Y]
-        p = run.problem
-        present = y[self.held].tolist()
-        if present == self._present or (p.tf - t) * (p.tf - p.t0) <= 0.0:
+        before, self._present = self._present, self._values(y)
+        if before == self._present:
             return
-        self._present, asked = present, self._asked
-        if len(asked):
-            asked = segments_of_span(asked[:-1, 2], t, p.tf)
+        p = run.problem
+        state = run.view("solve.state")[0]
+        t = float(state["t"])
+        if (p.tf - t) * (p.tf - p.t0) <= 0.0:
+            return
         given = [each.given for each in run.bounds]
-        segments, h_max = self.segments(given, y.copy(), t, p.tf, float(state["h_max"]), asked)
-        run.lay_segments(segments)
-        end = segments[0, 1] if len(segments) else last_time(p.tf)
-        state["t_end"] = end
-        state["t_stop"] = end
-        state["h_max"] = h_max
-        record["i_segment"] = 0
-        record["i_change"] = 0
+        asked = rest_of(self._asked, t, p.tf)
+        goes_on(run, *self.segments(given, y.copy(), t, p.tf, float(state["h_max"]), asked))
 
     def begin(self, y):
-        """Note the state at the start of a solve."""
-        self._present = y[self.held].tolist()
+        """Note the values at the start of a solve, from the state `y`."""
+        self._present = self._values(y)
+
+    @property
+    def place(self):
+        """The values at which the times were sought last, and the changes found."""
+        return self._present, self.changes
+
+    @place.setter
+    def place(self, place):
+        self._present, self.changes = place
+
+    def _values(self, y):
+        """The values on which the switching times may depend."""
+        blocks = [each.bound.block for each in (*self.parts, *self.hidden)]
+        given = [block[FIRST : int(block[FAULT])].tobytes() for block in blocks]
+        return y[self.held].tolist(), given
 
     def doubts(self, record):
         """Whether a step may have jumped over changes of which none is known to matter.
@@ -243,6 +255,24 @@ class Switching:
             member = np.r_[member, np.repeat(np.arange(count), len(asked))]
             times = np.r_[times, np.tile(asked, count)]
         return p, segments_of_members(member, times, p.t0, p.tf, count)
+
+
+def rest_of(segments, t, tf):
+    """The segments of the rest of a span, from the time t."""
+    return segments_of_span(segments[:-1, 2], t, tf) if len(segments) else segments
+
+
+def goes_on(run, segments, h_max):
+    """Let a solve that has begun go on in other segments, with another longest step."""
+    run.lay_segments(segments)
+    state = run.view("solve.state")[0]
+    record = run.view("output.record")[0]
+    end = segments[0, 1] if len(segments) else last_time(run.problem.tf)
+    state["t_end"] = end
+    state["t_stop"] = end
+    state["h_max"] = h_max
+    record["i_segment"] = 0
+    record["i_change"] = 0
 
 
 def _joined(times):
