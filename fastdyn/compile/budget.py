@@ -59,6 +59,7 @@ class Account:
         self.rounds = 0
         self.name = name
         self.told = False
+        self.untraced = False  # whether somebody was told that its switching times are not known
         self.job: Any = None
 
     def left(self):

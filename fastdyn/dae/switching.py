@@ -9,7 +9,7 @@ from fastdyn.compile.bind import bind
 from fastdyn.compile.mode import RESIDUAL
 from fastdyn.compile.traced.make import Near
 from fastdyn.run.functions.compared import off_the_solution
-from fastdyn.run.functions.timed import switches_of
+from fastdyn.run.functions.timed import switches_of, with_trace
 from fastdyn.trace.reads.reads import flat
 
 from .functions import of_vector
@@ -30,6 +30,7 @@ def with_breakpoints(given):
             of_vector(given.F, given.n), given.args, RESIDUAL, 2 * given.n,
             Near(given.t0, given.tf, near, True),
         )  # fmt: skip
+    bound = with_trace(bound, 2 * given.n)
     switches = switches_of(bound)
     if switches is None:
         return given

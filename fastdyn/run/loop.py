@@ -197,7 +197,7 @@ class Run(LaidOut):
     def tell_jumps(self):
         """Warn if a step jumped over changes of the equations."""
         if self.switching is not None:
-            self.switching.tell(self._own, self.view("output.record"))
+            self.switching.tell(self.view("output.record"))
 
     def _told(self, status):
         """Raise the exception of a user's function; as a Raised, if another method may follow."""

@@ -2,6 +2,7 @@
 
 import functools
 from array import array
+from typing import Any
 
 from fastdyn.code_store.call import address_of
 from fastdyn.kernels.calls.block import FIRST
@@ -48,6 +49,8 @@ class Facts:
         its state.
     reason, whole : str or None
         The reason and the line of a refusal, for users and for `fastdyn why`.
+    late : Function or None
+        A trace whose code is not ready yet, as a function without an address.
     """
 
     def __init__(self):
@@ -58,6 +61,7 @@ class Facts:
         self.of_state = False
         self.reason: str | None = None
         self.whole: str | None = None
+        self.late: Any = None
 
     @property
     def acts(self):
@@ -99,6 +103,19 @@ def known_trace(fun, args, mode, n, varying=(), batches=False):
             if i:
                 known.insert(0, known.pop(i))
             return one, given
+    return None
+
+
+def late_trace(fun, args, mode, n):
+    """The Function without code of a trace that holds now, and its values; None if there is none.
+
+    While the code is made, the function runs in Python.
+    """
+    for batches in (True, False):
+        late = facts_of(fun, args, mode, n, batches=batches).late
+        given = None if late is None else reader(late.traced.trace.reads)(fun, args)
+        if given is not None:
+            return late, given
     return None
 
 

@@ -18,7 +18,7 @@ from fastdyn.trace.symbols.symbol import STATE
 from .. import background, memory
 from ..callables import code_of
 from ..compare import Different, compare_around, seconds_of
-from ..functions import with_code
+from ..functions import Function, with_code
 from ..python_callback import Held
 from ..sentences import located
 from . import elimination
@@ -84,7 +84,7 @@ def _traced_function(fun, args, mode, n, near, varying, batches=False):
         try:
             with background.without_collecting():
                 traced, function, given, zeros = _traced(
-                    fun, args, mode, n, near, varying, lifted, batches
+                    fun, args, mode, n, near, varying, lifted, batches, facts
                 )
         except NotYet:
             raise
@@ -96,6 +96,7 @@ def _traced_function(fun, args, mode, n, near, varying, batches=False):
         except code_store.Unsealable as reason:
             error = Untraceable(str(reason))
             continue
+        facts.late = None
         if traced.trace.reads.lasting:
             facts.known.insert(0, Known(traced, function, (fun, args), zeros))
             del facts.known[MAX_KNOWN:]
@@ -134,13 +135,14 @@ def made(function):
 
 
 @refused_as(Refusal.untraceable)
-def _traced(fun, args, mode, n, near, varying, lifted, batches):
+def _traced(fun, args, mode, n, near, varying, lifted, batches, facts):
     own, shape, zeros = mode.shapes(n)
     found = trace(fun, args, own, shape, varying, lifted, zeros, mode.complex_numbers, batches)
     traced = Traced(found, mode, n, batches)
     given = found.reads.close()
     if any(traced.at[j - 1] is None for j in varying):
         raise Untraceable("an argument that varies is no parameter of its code")
+    facts.late = Function("", 0, 0, None, None, mode, traced=traced)
     key = traced.key()
     function = _functions.get(key)
     new = False

@@ -108,9 +108,10 @@ class Deciding:
         """The call of the kernel; None if the numbers have no code of their own."""
         bound = self._bound
         switches = self._switches
-        if self._call is not None or bound.function.in_batches or switches.held:
+        function = bound.function
+        if self._call is not None or function.in_batches or switches.held or not function.address:
             return self._call
-        function = bound.function.derived(("numbers of the time", switches), self._made)
+        function = function.derived(("numbers of the time", switches), self._made)
         if function is None:
             return None
         n = len(switches.seen)

@@ -19,10 +19,15 @@ from fastdyn.kernels.state.record import Y
 from fastdyn.problem.step_options import last_time, segments_of_members, segments_of_span
 from fastdyn.trace.reads.reads import flat
 
-from .timed import Timed, held_of, switches_of
+from .timed import Timed, held_of, switches_of, untold, with_trace
 
 TOLD = "told of a lost change"  # a key of a Function's notes
 NO_TIMES = np.empty(0)
+UNKNOWN = (
+    "`%s` runs in Python until its code is ready, and its switching times are not known yet: if it "
+    "switches with the time, a step may jump over two changes. Solve again later, take `prepare`, "
+    "which waits, or give `breakpoints=` or `max_step=`."
+)
 
 
 class SwitchingWarning(UserWarning):
@@ -41,10 +46,13 @@ def switching_of(problem, bound, others=(), python_between=False):
     if p.mode.residual:  # see `dae/switching.py`
         return None
     ends = p.ends_at_switches
-    held = held_of(bound)
     n_pair = len(bound.pair)
-    own = bound.pair or (bound,)
+    bound, *others = [with_trace(each, len(p.y0)) for each in (bound, *others)]
+    held = held_of(bound)
+    own = [with_trace(each, len(p.y0)) for each in bound.pair] or [bound]
     compiled = own[0].function is not None
+    if not compiled and p.method.error_order and not len(p.segments) and untold(bound, len(p.y0)):
+        warn(UNKNOWN % getattr(bound.held.fun, "__name__", "fun"), SwitchingWarning)
     if compiled and (ends or _place_told(bound, p.method) not in _notes_of(bound)):
         for place, each in enumerate(own):
             parts.append((place, each, switches_of(each, held)))
@@ -195,8 +203,9 @@ class Switching:
         """Take all changes as if they mattered, where steps do not end at them."""
         self.decides = self.ends or bool(self.hidden)
 
-    def tell(self, bound, record):
+    def tell(self, record):
         """Warn, once a function and method, if a step jumped over changes; see `Output`."""
+        bound = self._bound
         i = int(record["jumped"][0])
         place = _place_told(bound, self._method)
         notes = _notes_of(bound)

@@ -1,10 +1,14 @@
 """The switching times of one function of a solve, for changing values of its parameters."""
 
+import dis
 import math
+from typing import Any
 
 import numpy as np
 
+from fastdyn.compile.callables import T, parts_of
 from fastdyn.compile.derivatives.sensitivities import slots_of
+from fastdyn.compile.traced.known import facts_of, late_trace
 from fastdyn.trace.reads.reads import flat
 from fastdyn.trace.switching.divisions import MOST_TOLD
 
@@ -42,6 +46,8 @@ class Timed:
 
     def times(self, given, y, t0, tf, decides):
         """The Times in a span from the state y; all that may matter, unless it `decides`."""
+        if not self.bound.function.address:  # of a function in Python, see `with_trace`
+            given = self.bound.given
         found = self._candidates(given, y, t0, tf)
         if not decides:
             return self._deciding.all_of(found)
@@ -66,6 +72,34 @@ class Timed:
             found = switches.candidates(values, t0, tf, most=most, grids=grids)
             notes[place] = key, (t0, tf), grids, found
         return found
+
+
+def with_trace(bound, n):
+    """A Bound of a function of n components, which has its trace, if only its code is not ready."""
+    account = getattr(bound.callback, "account", None)
+    found = account and late_trace(bound.held.fun, bound.held.args, bound.mode, n)
+    if not found:
+        return bound
+    late: Any = found[0]
+    given = found[1]
+    values = list(zip(late.traced.kinds, given, strict=True))
+    return bound._replace(function=late, values=values)
+
+
+def untold(bound, n):
+    """Whether a function of the time runs in Python, of n components, that is not traced yet.
+
+    Nobody knows its switching times; true once a function.
+    """
+    account = getattr(bound.callback, "account", None)
+    held = bound.held
+    if account is None or account.untraced or facts_of(held.fun, held.args, bound.mode, n).refusals:
+        return False
+    account.untraced = True
+    parts = parts_of(held.fun, held.args)
+    code = parts.function.__code__
+    time = code.co_varnames[parts.positional.index(T)]
+    return any(time in np.ravel(one.argval) for one in dis.get_instructions(code))
 
 
 def held_of(bound):
