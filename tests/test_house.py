@@ -14,6 +14,7 @@ LINES, BODY, PARAMETERS, FILES_A_FOLDER = 400, 66, 10, 15
 REGISTRIES = {"fastdyn/derive/pages", "kernels/methods"}  # each file is an entry
 DOORS = {"jax.py", "torch.py", "pytensor.py"}  # of other libraries: a file each, by its name
 SEVERAL = 2.18  # percent of assignments that are several on one line
+WIDE = 204  # lines of code in the documentation that have more than 80 columns
 MANY = {"solve_ensemble", "solve_dae_ensemble", "energy_drift", "solve_bvp", "problem"}
 MANY |= {"solve_sde", "solve_langevin", "odeint"}
 
@@ -87,3 +88,12 @@ def test_ever_fewer_assignments_are_several_on_one_line():
     assert n_assignments > 10_000
     assert share <= SEVERAL, f"{share:.2f} % of the assignments put a tuple into a tuple"
     assert share > SEVERAL - 1.0, f"the share has fallen: write {share + 0.01:.2f} into SEVERAL"
+
+
+def test_ever_fewer_lines_of_documented_code_are_wide():
+    """On a laptop 100 columns fit beside the contents, on tablets 80.  The number may only fall."""
+    wide = []
+    for page in (ROOT / "docs").rglob("*.md"):
+        blocks = re.findall(r"^```.*?^```", page.read_text("utf-8"), re.DOTALL | re.MULTILINE)
+        wide += [line for block in blocks for line in block.splitlines() if len(line) > 80]
+    assert len(wide) <= WIDE, f"{len(wide)} lines have more than 80 columns"

@@ -8,15 +8,12 @@ from fastdyn.compile.sentences import warn
 from fastdyn.delays import solve_dde
 from fastdyn.words.calls import shown_when_wrong, takes
 
-from .options import check_options, odeset
+from .options import check_options, chosen, odeset
 from .solution import AtTimes, Call, Refined, Solution
 from .solve import PARAMETERS, Solver, times_of
 
 FOR_LAGS = Solver("dde23", "Tsit5")
 FOR_DELAYS = Solver("ddesd", "Tsit5")
-TAKEN = {  # MATLAB's names and those of `solve_dde`
-    "RelTol": "rtol", "AbsTol": "atol", "MaxStep": "max_step", "InitialStep": "first_step",
-}  # fmt: skip
 
 
 @shown_when_wrong(PARAMETERS)
@@ -95,10 +92,15 @@ def _solved(solver, fun, history, tspan, options, lags):
     check_options(options)
     given = odeset(options or {})
     times = times_of(tspan)
-    chosen: dict[str, Any] = {ours: given[name] for name, ours in TAKEN.items() if name in given}
     known = history.result if isinstance(history, Solution) else history
     result: Any = solve_dde(
-        fun, (times[0], times[-1]), known, "Tsit5", dense_output=True, delays=lags, **chosen
+        fun,
+        (times[0], times[-1]),
+        known,
+        "Tsit5",
+        dense_output=True,
+        delays=lags,
+        **chosen(given),
     )
     if not result.success:
         warn(f"Failure in {solver.name}: {result.message}")

@@ -19,6 +19,7 @@ OTHERS = (  # that are no options of fastdyn's solvers
 )  # fmt: skip
 OF_SOLVERS = [option.matlab for option in OPTIONS.values() if option.matlab]
 NAMES = (*sorted([*OTHERS, *OF_SOLVERS], key=str.lower),)
+OF_EACH = ("rtol", "atol", "max_step", "first_step")  # that each solver of fastdyn takes
 POSITIVE = ("InitialStep", "MaxStep", "MinStep", "Refine", "RelTol")
 SWITCHES = ("BDF", "JConstant", "NormControl", "Stats", "Vectorized")
 FUNCTIONS = {"Events": "t, y", "OutputFcn": "t, y, flag"}
@@ -43,6 +44,12 @@ class Options(dict):
 
     def __setattr__(self, name, value):
         _update(self, [(name, value)])
+
+
+def chosen(options) -> dict[str, Any]:
+    """The options that each solver takes, by fastdyn's names, as far as they are set."""
+    names = {name: OPTIONS[name].matlab for name in OF_EACH}
+    return {name: options[matlabs] for name, matlabs in names.items() if matlabs in options}
 
 
 def odeset(*given, **named) -> Options:

@@ -10,14 +10,11 @@ from fastdyn.problem.options.table import TOLERANCES
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong, takes
 
-from .options import check_options, odeset
+from .options import check_options, chosen, odeset
 from .solution import AtTimes, Call, Refined, Solution
 from .solve import PARAMETERS, Solver, times_of
 
 IMPLICIT = Solver("ode15i", "BDF")
-OF_IMPLICIT = {  # MATLAB's names and those of `solve_dae`
-    "RelTol": "rtol", "AbsTol": "atol", "MaxStep": "max_step", "InitialStep": "first_step",
-}  # fmt: skip
 
 
 @shown_when_wrong(PARAMETERS)
@@ -54,12 +51,9 @@ def ode15i(odefun, tspan, y0, yp0, options=None) -> Solution:
     check_options(options)
     given = odeset(options or {})
     times = times_of(tspan)
-    chosen: dict[str, Any] = {
-        ours: given[name] for name, ours in OF_IMPLICIT.items() if name in given
-    }
-    chosen.setdefault("max_step", abs(times[-1] - times[0]) / 10.0)
+    limits = {"max_step": abs(times[-1] - times[0]) / 10.0, **chosen(given)}
     result: Any = solve_dae(
-        odefun, (times[0], times[-1]), np.ravel(y0), np.ravel(yp0), dense_output=True, **chosen
+        odefun, (times[0], times[-1]), np.ravel(y0), np.ravel(yp0), dense_output=True, **limits
     )
     if not result.success:
         warn(f"Failure in ode15i: {result.message}")
