@@ -204,7 +204,7 @@ SIZES = [
 ]
 
 
-@pytest.mark.few(12)
+@pytest.mark.few(6)
 @pytest.mark.parametrize(("method", "n"), SIZES)
 def test_both_tiers_give_the_same_bits(method, n, monkeypatch):
     built = []

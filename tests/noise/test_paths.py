@@ -50,6 +50,7 @@ def test_the_bits_of_a_path_depend_on_nothing_else(method, monkeypatch):
         assert (solved(method, threads=threads).y_end == whole.y_end).all()
 
 
+@pytest.mark.few(2)  # each compiles a kernel in lanes and one by addresses, 2 s
 @pytest.mark.parametrize("method", [name for name in PROBLEMS if name != "Milstein"])
 def test_one_path_at_a_time_is_a_path_in_lanes(method, monkeypatch):
     """Rows and addresses in place of vectors: the same numbers, up to roundings that may fuse."""

@@ -159,6 +159,7 @@ def test_a_kernel_that_cannot_be_made_is_not_tried_again(at_once, monkeypatch):
     assert len(tried) <= 1
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("method", ["RK45", "DOP853", "Tsit5", "VelocityVerlet", "Gauss8"])
 def test_llvm_alone_gives_numbas_bits(method, monkeypatch):
     options = {"step": 0.01} if method in ("VelocityVerlet", "Gauss8") else {}

@@ -55,7 +55,7 @@ def kicked(y, steps, args, name, t_eval):
     return np.array(found).T
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", KICKS)
 def test_kicks_and_drifts(name):
     """Complex steps of the same steps in NumPy; the last step passes the end of the span."""

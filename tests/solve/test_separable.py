@@ -38,6 +38,7 @@ def test_the_order_with_time_in_both_functions(name):
     assert abs(order - METHODS[name].order) < 0.5
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", SPLITTINGS)
 def test_quadratic_t_gives_what_solve_second_order_gives(name):
     def itself(t, p):

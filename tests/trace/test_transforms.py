@@ -33,7 +33,7 @@ def agrees(fun, tolerance=4e-15):
     np.testing.assert_allclose(mine, theirs, 0, tolerance * np.abs(theirs).max())
 
 
-@pytest.mark.few(24)
+@pytest.mark.few(12)
 @pytest.mark.parametrize("module", [np.fft, scipy.fft], ids=["numpy", "scipy"])
 @pytest.mark.parametrize("name", ["fft", "ifft", "rfft", "irfft"])
 @pytest.mark.parametrize("n", LENGTHS)
