@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, DataRange1d, PointDrawTool
+from bokeh.models import ColumnDataSource, CustomJSTickFormatter, DataRange1d, PointDrawTool
 from bokeh.plotting import figure
 
 from fastdyn.plot.style import COLOURS, GROUND, named
@@ -13,6 +13,7 @@ from .pictures import arrows, columns, rectangle, under
 SIZE: Any = {"width": 300, "height": 320, "sizing_mode": "stretch_width"}
 SHAPED: Any = {"aspect_ratio": 1.0, "height": None, "sizing_mode": "stretch_width",
                "max_width": 720}  # fmt: skip
+SHORT = "return String(Number(tick.toPrecision(4)))"  # 1e-9 and 0, not 1.000e-9 and 0.000e+0
 TOOLS = "pan,wheel_zoom,box_zoom,reset"
 TALL, WIDE = 0.8, 1.8  # of the motion: width over height, which follows the motion between these
 FEWEST, OFTEN = 150, 40  # fewest points of a trail; most points between two pictures
@@ -42,6 +43,7 @@ class Figures:
         self.motion, self.phase = self._motion(), self._phase()
         self.against = _lines(self.curves, "t", "a", "t (s)")
         self.kept = _lines(self.changes, "t", "e", "t (s)")
+        self.kept.yaxis.formatter = CustomJSTickFormatter(code=SHORT)
         self._show: Any = None
         self._named()
 
@@ -100,6 +102,8 @@ class Figures:
         self.phase.xaxis.axis_label = across
         self.phase.yaxis.axis_label = upwards
         self.against.yaxis.axis_label = across
+        title: Any = self.motion.title
+        title.text = title.text or self.drawn.make.title  # without a text, there is no room for one
         self.phase.title = "phase plane: drag the start"
         self.against.title = "against time"
         self.phase.match_aspect = states[one.across].unit == states[one.upwards].unit

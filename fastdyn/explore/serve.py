@@ -11,6 +11,7 @@ import panel as pn
 from tornado.websocket import WebSocketClosedError
 
 from .exploration import Exploration
+from .grid import WIDTH
 from .layout import VIEWPORT
 from .page import WRONG, Page
 from .sources import known, named
@@ -25,7 +26,7 @@ def application(source):
         names = known()
         if source.name not in names:
             names = [source.name, *names]
-        choice = pn.widgets.Select(label="system", options=names, value=source.name, width=320)
+        choice = pn.widgets.Select(label="system", options=names, value=source.name, width=WIDTH)
         place = pn.Column(Page(source).panel())
 
         async def chosen(event):

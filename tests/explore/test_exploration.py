@@ -190,3 +190,15 @@ def test_without_panel_a_sentence(monkeypatch, capsys):
         explore(pendulum())
     assert main(["explore", "pendulum"]) == 2
     assert "fastdyn[explore]" in capsys.readouterr().err
+
+
+def test_other_work_of_the_machine_is_no_time_of_the_solve(swing, monkeypatch):
+    first = type(swing.system).solve
+
+    def waits(*given, **options):
+        time.sleep(0.5)
+        return first(*given, **options)
+
+    monkeypatch.setattr(type(swing.system), "solve", waits)
+    swing.solve()
+    assert swing.shown[0].seconds < 0.4

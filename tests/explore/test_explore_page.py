@@ -267,3 +267,11 @@ def test_each_field_of_a_number_has_a_name(page):
     names = [one.text.placeholder for one in (*page.sliders.values(), page.t_end)]
     assert names[0] == "g (m/s²): acceleration of gravity" and all(names)
     assert page.sliders["theta0"].text.placeholder.startswith("θ₀ (rad)")
+
+
+def test_the_title_has_room_before_the_first_picture():
+    """A figure whose title is empty at first is laid out without room for the title."""
+    made = page_of("heavy_top")
+    assert made.figures.motion.title.text == made.exploration.make.title
+    code = made.figures.kept.yaxis[0].formatter.code
+    assert "toPrecision" in code  # Bokeh's own formatter writes 0.000e+0
