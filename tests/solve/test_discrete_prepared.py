@@ -1,7 +1,5 @@
 """Claims about prepared solvers with discrete states."""
 
-import pickle
-
 import numpy as np
 import pytest
 
@@ -22,23 +20,6 @@ def switched(t, y, d, rate):
 SPAN, RATE = (0.0, 3.0), 0.4
 GIVEN = {"every": 0.5, "on_event": switched, "dense_output": True, **TIGHT}
 STARTS = [([1.0], [1.0, 0.0]), ([0.2], [3.0, 5.0]), ([7.0], [-2.0, 1.0])]
-
-
-@pytest.mark.parametrize("method", ["RK45", "Taylor", "Radau"])
-def test_each_call_is_the_single_solve(method):
-    solver = prepare(filled, SPAN, [9.0], method, args=(RATE,), discrete=[9.0, 9.0], **GIVEN)
-    for solve in (solver, pickle.loads(pickle.dumps(solver))):
-        for y0, d0 in STARTS:
-            for rate in (RATE, 0.7):
-                one = solve_ivp(filled, SPAN, y0, method, args=(rate,), discrete=d0, **GIVEN)
-                found = solve(y0, (rate,), d0)
-                assert np.array_equal(found.y, one.y) and np.array_equal(found.t, one.t)
-                assert np.array_equal(found.discrete, one.discrete)
-                assert np.array_equal(found.discrete_events[0], one.discrete_events[0])
-                assert np.array_equal(found.sol(SPAN[1]), one.sol(SPAN[1]))
-        usual = solve_ivp(filled, SPAN, [9.0], method, args=(RATE,), discrete=[9.0, 9.0], **GIVEN)
-        assert np.array_equal(solve().y, usual.y)
-        assert solve([1.0]).discrete[0, 0] == 9.0 and solve(discrete=[1.0, 2.0]).y[0, 0] == 9.0
 
 
 @pytest.mark.parametrize("t_eval", [None, [1.0, 3.0]])

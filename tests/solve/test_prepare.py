@@ -44,27 +44,6 @@ def same(one, other):
         assert np.array_equal(one.sol(times), other.sol(times))
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        {},
-        {"t_eval": np.linspace(0, 3, 7)},
-        {"dense_output": True},
-        {"events": at_axis},
-        {"events": [at_axis, at_axis], "t_eval": [1.0], "dense_output": True},
-        {"method": "DOP853", "max_step": 0.1},
-        {"breakpoints": [1.0, 2.0]},
-    ],
-    ids=["steps", "times", "dense", "event", "all of it", "DOP853", "breakpoints"],
-)
-def test_any_output_and_any_state(options):
-    given = TIGHT | options
-    solver = prepare(orbit, SPAN, START, args=(1.0,), **given)
-    for y0, args in ((None, None), ([1, 0, 0, 1.1], None), (None, (1.3,)), (START, (1.0,))):
-        expected = solve_ivp(orbit, SPAN, y0 or START, args=args or (1.0,), **given)
-        same(solver(y0, args), expected)
-
-
 def test_constant_steps():
     solver = prepare(orbit, SPAN, START, "VelocityVerlet", args=(1.0,), step=0.003)
     for GM in (1.0, 0.9):
