@@ -17,6 +17,15 @@ class HighIndexError(ValueError):
     """Equations whose index is above 1."""
 
 
+def not_reduced(found, why):
+    """The HighIndexError of equations that cannot be differentiated, with the cause first."""
+    cause = str(why)
+    index = str(found)
+    first = cause[:1].upper() + cause[1:]
+    then = index[:1].lower() + index[1:]
+    return HighIndexError(f"{first} These must be differentiated: {then}")
+
+
 def check_structure(pattern, n):
     """Raise ValueError if no choice of elements gives each equation a component of its own."""
     from scipy.sparse import csr_matrix

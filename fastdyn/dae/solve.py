@@ -11,7 +11,7 @@ from fastdyn.words.calls import shown_when_wrong
 
 from .breakpoints import Breakpoints
 from .discrete import solve_with_discrete
-from .index import HighIndexError
+from .index import HighIndexError, not_reduced
 from .problem import check_options, checked, problem_of_residual
 from .reduced.solve import solve_reduced
 from .result import result_of
@@ -140,7 +140,7 @@ def solve_dae(
     try:
         return solve_reduced(asked, "DOP853")
     except ValueError as why:
-        raise HighIndexError(f"{reason} Differentiated, they are not solved: {why}") from None
+        raise not_reduced(reason, why) from None
 
 
 def _by_residual(asked):

@@ -113,6 +113,8 @@ def solved(spent, given, try_to):
         y0 = np.array(y0, FLOAT)
         if not (_is_usual(given) and y0.ndim < 2 and y0.size and _is_monotonic(t)):
             return None
+        if not math.isfinite(sum(y0.ravel().tolist())):
+            return None
     except (TypeError, ValueError):
         return None
     if spent.n >= spent.most and spent.is_compiled(try_to, given):

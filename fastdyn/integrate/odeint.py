@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from fastdyn.problem.lsoda import ORDERS
 from fastdyn.run.enough_memory import KeepsBands
 from fastdyn.run.loop import announce
 from fastdyn.run.solve_problem import in_time
+from fastdyn.words import kinds
 from fastdyn.words.kinds import function_of, shown
 from fastdyn.words.raised import argument_names, of_solve_ivp
 
@@ -167,6 +169,16 @@ def odeint(
     return call.rows, infodict_of(call.information, *call.shape(), messages.SAID[call.istate])
 
 
+NAMES = (*inspect.signature(odeint).parameters,)
+NAMES = tuple([name for name in NAMES if name != "printmessg"])
+NEEDED = ("y0", "t")
+KINDS = {
+    **dict.fromkeys(("y0", "rtol", "atol", "tcrit"), kinds.numbers), "t": kinds.times,
+    **dict.fromkeys(("ml", "mu", "h0", "hmax", "hmin", "mxstep", "mxordn", "mxords"), kinds.number),
+    "Dfun": kinds.function_of("(y, t)"),
+}  # fmt: skip
+
+
 class Call:
     """One call of `odeint`, with its rows, and how it ended."""
 
@@ -175,6 +187,9 @@ class Call:
     because = ""
 
     def __init__(self, given):
+        for name, value in zip(NAMES, given, strict=True):
+            if name in KINDS and (value is not None or name in NEEDED):
+                KINDS[name](name, value)
         func, y0, t, self._args, dfun, col_deriv, _, ml, mu, rtol, atol, _, *limits = given
         h0, hmax, hmin, _, mxstep, _, mxordn, mxords, tfirst = limits
         self._functions = func, dfun, bool(tfirst), bool(col_deriv)

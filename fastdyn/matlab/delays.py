@@ -6,9 +6,11 @@ import numpy as np
 
 from fastdyn.compile.sentences import warn
 from fastdyn.delays import solve_dde
+from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong, takes
 
 from .options import check_options, chosen, odeset
+from .others import numbers_or_function
 from .solution import AtTimes, Call, Refined, Solution
 from .solve import PARAMETERS, Solver, times_of
 
@@ -16,7 +18,7 @@ FOR_LAGS = Solver("dde23", "Tsit5")
 FOR_DELAYS = Solver("ddesd", "Tsit5")
 
 
-@shown_when_wrong(PARAMETERS)
+@shown_when_wrong(PARAMETERS, lags=kinds.numbers)
 def dde23(ddefun, lags, history, tspan, options=None) -> Solution:
     """
     Solve y' = f(t, y, Z) with constant delays, as MATLAB's dde23.
@@ -57,7 +59,7 @@ def dde23(ddefun, lags, history, tspan, options=None) -> Solution:
     return _solved(FOR_LAGS, fun, history, tspan, options, lags)
 
 
-@shown_when_wrong(PARAMETERS)
+@shown_when_wrong(PARAMETERS, delays=numbers_or_function)
 def ddesd(ddefun, delays, history, tspan, options=None) -> Solution:
     """
     Solve y' = f(t, y, Z) with delays of the time and the state, as MATLAB's ddesd.

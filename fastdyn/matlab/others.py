@@ -99,7 +99,25 @@ class BoundarySolution(Solution):
         self._output = lambda _: (self.x, self.y.T)
 
 
-@shown_when_wrong(x=kinds.numbers)
+def _guess(name, value):
+    """The kind of `solinit`."""
+    if not isinstance(value, dict | Solution):
+        kinds.refuse(name, "a result of `bvpinit`, or an earlier solution", value)
+
+
+def numbers_or_function(name, value):
+    """The kind of what may depend on its place."""
+    if not callable(value):
+        kinds.numbers(name, value)
+
+
+OF_BOUNDARIES = {
+    "odefun": kinds.function_of("(x, y)"), "bcfun": kinds.function_of("(ya, yb)"),
+    "solinit": _guess,
+}  # fmt: skip
+
+
+@shown_when_wrong(x=kinds.times, yinit=numbers_or_function)
 def bvpinit(x, yinit, parameters=None) -> dict:
     """The guess for `bvp4c`, as MATLAB's bvpinit.
 
@@ -117,13 +135,13 @@ def bvpinit(x, yinit, parameters=None) -> dict:
     dict
         With the keys x, y and parameters.
     """
-    x = np.asarray(x, float)
+    x = np.ravel(np.asarray(x, float))
     guess: Any = yinit
     columns = [np.ravel(guess(each) if callable(yinit) else guess) for each in x]
     return {"x": x, "y": np.array(columns, float).T, "parameters": parameters}
 
 
-@shown_when_wrong()
+@shown_when_wrong(**OF_BOUNDARIES)
 def bvp4c(odefun, bcfun, solinit, options=None) -> BoundarySolution:
     """
     Solve y' = odefun(x, y) with bcfun(ya, yb) = 0, as MATLAB's bvp4c.
@@ -155,7 +173,7 @@ def bvp4c(odefun, bcfun, solinit, options=None) -> BoundarySolution:
     return _solve_boundary("bvp4c", odefun, bcfun, solinit, options)
 
 
-@shown_when_wrong()
+@shown_when_wrong(**OF_BOUNDARIES)
 def bvp5c(odefun, bcfun, solinit, options=None) -> BoundarySolution:
     """As `bvp4c`: the order is 4, where MATLAB's bvp5c has 5; the tolerance is kept."""
     return _solve_boundary("bvp5c", odefun, bcfun, solinit, options)

@@ -17,7 +17,7 @@ from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
 from ..functions import named
-from ..index import HighIndexError
+from ..index import HighIndexError, not_reduced
 from ..problem import check_options
 from ..solve import LARGEST
 from . import reduced, residuals
@@ -133,7 +133,7 @@ def solve_dae_ensemble(
     try:
         return _reduced(asked, guesses, wanted, "DOP853", simd, how)
     except ValueError as why:
-        raise HighIndexError(f"{reason} Differentiated, they are not solved: {why}") from None
+        raise not_reduced(reason, why) from None
 
 
 def _solved(planned, how):
