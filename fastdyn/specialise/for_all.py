@@ -11,6 +11,12 @@ FOR_ALL = {  # name: function in `kernels`, signature in `specialise`
     "past": ("output.dense_output.state_before", "signatures.PAST"),  # of a delay equation
     "sparse factors": ("algebra.sparse.factors.factors", "signatures_of_sparse.SPARSE_FACTORS"),
     "sparse solution": ("algebra.sparse.factors.solution", "signatures_of_sparse.SPARSE_SOLUTION"),
+    "complex sparse factors": (
+        "algebra.sparse.factors.factors", "signatures_of_sparse.COMPLEX_SPARSE_FACTORS"
+    ),
+    "complex sparse solution": (
+        "algebra.sparse.factors.solution", "signatures_of_sparse.COMPLEX_SPARSE_SOLUTION"
+    ),
     "newton": ("stepping.collocation.newton", "signatures_of_meshes.NEWTON"),
     "residuals": ("stepping.collocation.rms_residuals", "signatures_of_meshes.RESIDUALS"),
     "watch": ("output.between_steps.watch", "signatures.WATCH"),

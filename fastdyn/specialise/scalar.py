@@ -194,8 +194,10 @@ past_kernel = kernel_for_all("past")
 code_store.OFFERED[PAST] = past_kernel
 both_of_pair = kernel_for_all("both of a pair")
 decide_kernel = kernel_for_all("decide")
-sparse_factors_kernel = kernel_for_all("sparse factors")
-sparse_solution_kernel = kernel_for_all("sparse solution")
+sparse_kernels = {  # by the kind of the numbers
+    kind: [kernel_for_all(f"{word}sparse {what}") for what in ("factors", "solution")]
+    for kind, word in (("f", ""), ("c", "complex "))
+}
 evaluate_kernel = kernel_for_all("evaluate")
 newton_kernel = kernel_for_all("newton")
 residuals_kernel = kernel_for_all("residuals")

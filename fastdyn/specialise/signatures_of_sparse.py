@@ -1,9 +1,15 @@
-"""The types of the arguments of the kernels that eliminate a sparse matrix."""
+"""The types of the arguments of the kernels that eliminate a sparse matrix, real or complex."""
+
+import numpy as np
 
 from fastdyn.kernels.algebra.sparse.factors import SparseFactors, SparsePattern
 
 from .signatures import ROW, WORDS, kernel_of
 
-FACTORS = SparseFactors(*[WORDS] * 4, ROW, ROW)
-SPARSE_FACTORS = kernel_of(SparsePattern(*[WORDS] * 3), ROW, FACTORS, ROW)
+COMPLEX = np.empty(0, complex)
+PATTERN = SparsePattern(*[WORDS] * 3)
+FACTORS, COMPLEX_FACTORS = (SparseFactors(*[WORDS] * 4, row, row) for row in (ROW, COMPLEX))
+SPARSE_FACTORS = kernel_of(PATTERN, ROW, FACTORS, ROW)
 SPARSE_SOLUTION = kernel_of(WORDS, FACTORS, ROW, ROW)
+COMPLEX_SPARSE_FACTORS = kernel_of(PATTERN, COMPLEX, COMPLEX_FACTORS, COMPLEX)
+COMPLEX_SPARSE_SOLUTION = kernel_of(WORDS, COMPLEX_FACTORS, COMPLEX, COMPLEX)

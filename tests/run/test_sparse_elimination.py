@@ -6,8 +6,10 @@ import scipy.sparse
 from scipy.sparse import linalg
 
 from fastdyn import solve_ivp
+from fastdyn.code_store.call import Call
 from fastdyn.kernels.algebra.sparse.factors import LARGEST
 from fastdyn.run.matrices.elimination import MOST, Elimination
+from fastdyn.specialise.scalar import sparse_kernels
 
 EPS = np.finfo(float).eps
 
@@ -25,20 +27,56 @@ def eliminated(matrix):
     return Elimination(matrix.shape[0], matrix.indptr, matrix.indices)
 
 
+@pytest.mark.parametrize("factor", [1.0, 1.0 + 0.7j], ids=["real", "complex"])
 @pytest.mark.parametrize("seed", range(6))
-def test_solutions_are_those_of_the_matrix(seed):
+def test_solutions_are_those_of_the_matrix(seed, factor):
     n = 5 + 40 * seed
-    matrix, b = tangle(n, seed), np.cos(np.arange(n))
+    matrix, b = factor * tangle(n, seed), np.cos(np.arange(n)) * factor
     found, first = eliminated(matrix), None
     for scale in (1.0, -3.0):  # the pattern serves other numbers
         x = found.factorised(scale * matrix.data)(b.copy())
         # N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., theorems 9.4 and
         # 13.7: |b - A x| is at most 3 n u |L| |U| |x|, and with dominant columns no element of
-        # |L| |U| is above 2 n times the largest of A.
-        most = 3 * n * EPS / 2 * 2 * n * abs(scale * matrix).max() * abs(x).sum()
+        # |L| |U| is above 2 n times the largest of A.  Complex products round 2 sqrt(2) times as
+        # far (lemma 3.5).
+        rounded = EPS / 2 * (2 * np.sqrt(2) if factor.imag else 1.0)
+        most = 3 * n * rounded * 2 * n * abs(scale * matrix).max() * abs(x).sum()
         assert abs(scale * matrix @ x - b).max() <= most
         first = x if first is None else first
     assert abs(first + 3.0 * x).max() <= 100 * n * EPS * abs(first).max()
+
+
+def factors_by_columns(found, numbers):
+    """L and U by one column at a time, as dense matrices."""
+    begins, rows, places = found._pattern
+    n = len(begins) - 1
+    a = np.zeros((n, n), numbers.dtype)
+    a[rows, np.repeat(np.arange(n), np.diff(begins))] = numbers[places]
+    for k in range(n):
+        for j in range(k):
+            if a[j, k] != 0.0:
+                a[j + 1 :, k] -= a[j + 1 :, j] * a[j, k]
+        a[k + 1 :, k] /= a[k, k]
+    return a
+
+
+def test_four_columns_at_once_round_as_one_by_one():
+    """A matrix with a full corner, whose columns are alike, and a square of two components."""
+    n = 30
+    matrix = scipy.sparse.lil_matrix(tangle(n, 3))
+    matrix[n - 12 :, n - 12 :] = np.cos(np.arange(144.0)).reshape(12, 12) + 20.0 * np.eye(12)
+    matrix = scipy.sparse.csc_matrix(matrix)
+    found = eliminated(matrix)
+    lower_begins, lower_rows, *_ = found._factors
+    assert (np.diff(lower_begins)[:-1] >= 4).any()
+    lower, upper = (np.empty(len(each)) for each in found._factors[1::2])
+    call = Call(
+        sparse_kernels["f"][0](), *found._pattern, matrix.data, *found._factors, lower, upper,
+        np.zeros(n),
+    )  # fmt: skip
+    assert call() == 1
+    known = factors_by_columns(found, matrix.data)
+    assert (lower == known[lower_rows, np.repeat(np.arange(n), np.diff(lower_begins))]).all()
 
 
 def test_a_small_number_on_the_diagonal_is_no_pivot():
@@ -60,7 +98,8 @@ def test_full_patterns_are_left_to_dense_blocks():
     assert not eliminated(scipy.sparse.csc_matrix(np.ones((n, n)))).pays
 
 
-def test_superlu_takes_what_has_no_pivots_on_the_diagonal(monkeypatch):
+@pytest.mark.parametrize("method", ["BDF", "Radau"])
+def test_superlu_takes_what_has_no_pivots_on_the_diagonal(monkeypatch, method):
     n, rng = 150, np.random.default_rng(1)
     i, j = np.array([(i, j) for i, j in rng.integers(0, n, (2 * n, 2)) if i != j]).T
 
@@ -73,7 +112,7 @@ def test_superlu_takes_what_has_no_pivots_on_the_diagonal(monkeypatch):
 
     def solved():
         made.clear()
-        return solve_ivp(fun, (0, 2), 1 + 0.5 * np.cos(np.arange(n)), "BDF", rtol=1e-6, atol=1e-9)
+        return solve_ivp(fun, (0, 2), 1 + 0.5 * np.cos(np.arange(n)), method, rtol=1e-6, atol=1e-9)
 
     made, splu = [], linalg.splu
     monkeypatch.setattr(linalg, "splu", lambda *a, **b: made.append(a) or splu(*a, **b))

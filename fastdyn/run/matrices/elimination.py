@@ -3,11 +3,12 @@
 import numpy as np
 
 from fastdyn.code_store.call import Call
-from fastdyn.specialise.scalar import sparse_factors_kernel, sparse_solution_kernel
+from fastdyn.specialise.scalar import sparse_kernels
 
-# Numbers in a column of L, above which SuperLU's dense blocks are faster.  Squares of n = 800, 5000
-# and 20 000 have 14, 24 and 34; their factors take 0.13, 0.74 and 1.27 of SuperLU's time.
-MOST = 25
+# Numbers in a column of L, above which SuperLU's dense blocks are faster.  Squares of 800, 5000,
+# 9800 and 20 000 components have 14, 24, 28 and 32; their factors take 0.2, 0.38, 0.68 and 1.2 of
+# SuperLU's time, complex ones 0.4, 0.3 and less.
+MOST = 29
 
 
 class Elimination:
@@ -49,12 +50,14 @@ class Elimination:
 
     def factorised(self, numbers):
         """``solve(b)``, which solves in place; None if a number on the diagonal is no pivot."""
-        lower, upper = (np.empty(len(each)) for each in self._factors[1::2])
-        x = np.zeros(len(self._order))
+        kind = numbers.dtype
+        lower, upper = (np.empty(len(each), kind) for each in self._factors[1::2])
+        x = np.zeros(len(self._order), kind)
+        factors, solution = sparse_kernels[kind.kind]
         given = *self._factors, lower, upper, x
-        if not Call(sparse_factors_kernel(), *self._pattern, numbers, *given)():
+        if not Call(factors(), *self._pattern, numbers, *given)():
             return None
-        call = Call(sparse_solution_kernel(), self._order, *given, x)
+        call = Call(solution(), self._order, *given, x)
 
         def solve(b):
             call["b"] = b

@@ -1,6 +1,6 @@
 """Sparse matrices without a band, behind routines that kernels call.
 
-Real matrices of little fill are eliminated by our own loops, in an order that is fixed by the
+Matrices of little fill are eliminated by our own loops, in an order that is fixed by the
 pattern; others, and those whose diagonal is too small for a pivot, by SciPy's SuperLU.
 """
 
@@ -92,7 +92,7 @@ class SparseSolver:
         data = np.zeros(len(self._indices), complex if c else float)
         data[self._of_jacobian] = a * self._numbers(jacobian, self._count)
         data[self._of_mass] += (b + 1j * c if c else b) * self._mass
-        own = self._own and self._own.pays and not c and self._own.factorised(data)
+        own = self._own and self._own.pays and self._own.factorised(data)
         if own:
             return own
         matrix = csc_matrix((data, self._indices, self._indptr), (self._n, self._n))
