@@ -75,7 +75,7 @@ class Splitting(NamedTuple):
 class Rosenbrock(NamedTuple):
     """The coefficients of Rodas5P, and the places of the entries of df/dy in a band matrix.
 
-    Row 8 of `a` is that of the end of the step.
+    Row 8 of `a` is that of the end of the step.  The matrix has the components in another `order`.
     """
 
     a: Any
@@ -86,6 +86,7 @@ class Rosenbrock(NamedTuple):
     gamma: Any
     rows: Any
     columns: Any
+    order: Any
     lower: Any
     upper: Any
     ld: Any
@@ -255,18 +256,23 @@ def kicks_of(name):
     )  # fmt: skip
 
 
-def rosenbrock_of(rows, columns, n):
-    """The Rosenbrock of equations whose df/dy has entries in these rows and columns."""
+def rosenbrock_of(rows, columns, order):
+    """The Rosenbrock of equations whose df/dy has entries in these rows and columns.
+
+    `order` is the place of each component in the matrix.
+    """
     from .rodas5p.table import DENSE, END_ROW, GAMMA, SLOPES, STAGE_ROWS, TIMES, C  # other code
 
     a = [np.pad(row, (0, 8 - len(row))) for row in ((), *STAGE_ROWS, END_ROW)]
     c = [np.pad(row.floats, (0, 8 - len(row))) for row in C]
+    rows = order[rows]
+    columns = order[columns]
     lower, upper = [int(max(each.max(initial=0), 0)) for each in (rows - columns, columns - rows)]
     return Rosenbrock(
         np.array(a), np.array([np.zeros(8), *c]), np.array([0.0, *TIMES.floats]),
         np.array(SLOPES.floats), np.array([row.floats for row in DENSE]), GAMMA,
-        np.array(rows, np.int64), np.array(columns, np.int64), lower, upper,
-        min(2 * lower + upper, n),
+        np.array(rows, np.int64), np.array(columns, np.int64), order, lower, upper,
+        min(2 * lower + upper, len(order)),
     )  # fmt: skip
 
 

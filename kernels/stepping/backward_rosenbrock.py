@@ -46,6 +46,22 @@ def _factorise(table, memory, blocks, t, y, h):
 
 
 @njit(**INTERNAL)
+def _solve(table, memory, x, transposed):
+    """Replace x by the solution of W x = x, or of x W = x; W has the components in `order`."""
+    n = len(x)
+    ordered = memory.z[:n]
+    for c in range(n):
+        ordered[table.order[c]] = x[c]
+    given = memory.matrix, table.ld, memory.pivots, ordered, n, table.lower, table.upper
+    if transposed:
+        solve_transposed(*given)
+    else:
+        solve(*given)
+    for c in range(n):
+        x[c] = ordered[table.order[c]]
+
+
+@njit(**INTERNAL)
 def _state(table, work, i, y, target):
     """Row `target` = the state of stage i; stage 8 is the end."""
     copy_row(y, slot(None, work, target))
@@ -70,7 +86,7 @@ def _stages(table, memory, blocks, t, y, h):
         for j in range(i):
             for c in range(n):
                 u[c] += table.c[i, j] / h * work[U + j, c]
-        solve(memory.matrix, table.ld, memory.pivots, u, n, table.lower, table.upper)
+        _solve(table, memory, u, False)
 
 
 @njit(**INTERNAL)
@@ -107,7 +123,7 @@ def _adjoint_step(table, memory, blocks, t, y, h):
         for j in range(i + 1, STAGES):
             for c in range(n):
                 v[c] += table.a[j, i] * work[ETA + j, c] + table.c[j, i] / h * work[V + j, c]
-        solve_transposed(memory.matrix, table.ld, memory.pivots, v, n, table.lower, table.upper)
+        _solve(table, memory, v, True)
         for c in range(n):
             z[c], z[n + c] = work[STATE + i, c], v[c]
         clear(work, ETA + i, ETA + i + 1)

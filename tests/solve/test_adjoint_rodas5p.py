@@ -16,6 +16,7 @@ from fastdyn.kernels.methods.rodas5p.table import (
     TIMES,
     C,
 )
+from fastdyn.solve.adjoint import backward
 from fastdyn.solve.adjoint.keeping import Keeping
 from support.discrete_solution import by_complex_steps, flat
 from support.stiff_gradients import SYSTEMS, on_complex, slopes, van_der_pol
@@ -136,3 +137,45 @@ def test_what_has_no_adjoint(options, words):
         solve_ivp(
             van_der_pol, (0, 1), [2.0, 0.0], "Rodas5P", args=(1.0,), adjoint="args", **options
         )
+
+
+def reaction(t, y, rate, spread):
+    """Reaction and diffusion on a line, all of u and then all of v: a band in another order."""
+    u, v = np.split(y, 2)
+    m = len(u)
+    ends = np.array([1.0]), np.array([3.0])
+    left = [np.concatenate((end, x[:-1])) for end, x in zip(ends, (u, v), strict=True)]
+    right = [np.concatenate((x[1:], end)) for end, x in zip(ends, (u, v), strict=True)]
+    react = rate * u * u * v
+    du, dv = (
+        spread * (m + 1) ** 2 * (a - 2.0 * x + b)
+        for a, x, b in zip(left, (u, v), right, strict=True)
+    )
+    return np.concatenate((du + 1.0 + react - 4.0 * u, dv + 3.0 * u - react))
+
+
+def test_a_band_in_another_order_is_a_band(monkeypatch):
+    """The derivatives are those of the components as they stand, to rounding."""
+    m = 40
+    y0 = np.concatenate((1.0 + np.sin(np.linspace(0.0, 6.0, m)), np.full(m, 3.0)))
+    orders = []
+    made = backward.rosenbrock_of
+
+    def noted(rows, columns, order):
+        table = made(rows, columns, order)
+        orders.append((table.lower, table.upper))
+        return table
+
+    def gradient():
+        how = {"args": (1.0, 0.02), "rtol": 1e-5, "atol": 1e-7, "adjoint": ("y0", "args")}
+        r = solve_ivp(reaction, (0, 3), y0, "Rodas5P", t_eval=[1.0, 3.0], **how)
+        return r.vjp(np.cos(np.arange(2.0 * 2 * m)).reshape(2 * m, 2))
+
+    monkeypatch.setattr(backward, "rosenbrock_of", noted)
+    banded = gradient()
+    monkeypatch.setattr(backward, "_order", lambda product: np.arange(product.n))
+    full = gradient()
+    assert set(orders) == {(2, 2), (m, m)}
+    # Each of some 30 steps solves systems of condition below 1 + h |J| = 1e3.
+    for name, each in full.items():
+        assert abs(banded[name] - each).max() <= 30 * 1e3 * EPS * abs(each).max()

@@ -146,7 +146,7 @@ def _rosenbrock(product):
         return BlocksOfRosenbrock(*[each.block.copy() for each in own])
 
     return Backward(
-        tuple(rosenbrock_of(*product.places, product.n)), scalar.sweep_of_rosenbrock_kernel,
+        tuple(rosenbrock_of(*product.places, _order(product))), scalar.sweep_of_rosenbrock_kernel,
         scalar.replay_of_rosenbrock_kernel, backward_rosenbrock.SINGLE, 0, 0,
         backward_rosenbrock.LAM, backward_rosenbrock.SCALE, None, memory, blocks,
     )  # fmt: skip
