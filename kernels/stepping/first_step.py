@@ -133,6 +133,8 @@ def _with_mass(state, work, block, order, fsal_stage):
     y = slot(None, work, Y)
     rate = slot(None, work, STAGE)
     at_start = s.n_accepted == 0 and s.n_rejected == 0
+    if at_start:
+        evaluations_since(mass)  # what the last action of an earlier solve left is of that solve
     consistent = not at_start or is_consistent(mass, s.t, y, rate)
     if consistent and s.h <= 0.0:
         rates_of(mass, s.t, y, rate)

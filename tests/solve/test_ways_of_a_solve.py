@@ -58,9 +58,36 @@ def turned(t, y, d, k):
     return y, [-k * d[0]]
 
 
+def decaying(t, y, k):
+    x, z = y
+    return [-k * x, z + z**3 - x]
+
+
+def falls(t, y, k):
+    return y[0] - 0.8
+
+
+def lifted(t, y, k):
+    return [4.0 * y[0], 0.0]
+
+
+def on_the_curve(x):
+    """A start [x, z] with z + z^3 = x."""
+    found = np.roots([1.0, 0.0, 1.0, -x])
+    return [x, float(found[np.abs(found.imag).argmin()].real)]
+
+
 DRIVEN = {"y0": [1.0, 0.0], "args": (0.5, 2.0)}
 CALLS = [{"y0": [1.0 + i, 0.1], "args": (0.3 * i, 2.0)} for i in range(3)]
 CALLS += [{"y0": [2, 0]}, {"args": (0.7, 1)}]
+
+
+MASS = {
+    "y0": on_the_curve(1.0), "args": (1.0,), "mass": np.diag([1.0, 0.0]), "rtol": 1e-8,
+    "atol": 1e-10,
+}  # fmt: skip
+STARTS = [{"y0": on_the_curve(x), "args": (k,)} for x in (0.5, 2.0, 1e-6) for k in (1.0, 2.5)]
+WITH_MASS = ("Rodas5P", "Radau", "BDF")
 
 
 def of_driven(**options):
@@ -81,6 +108,10 @@ CASES = {
     "every": of_driven(every=0.3, on_event=kicks),
     "longest step": of_driven(max_step=0.07),
     "constant steps": Case(driven, DRIVEN | {"step": 0.1}, CALLS, ("RK4",)),
+    "mass": Case(decaying, MASS, STARTS, WITH_MASS),
+    "mass and actions": Case(
+        decaying, MASS | {"events": falls, "on_event": lifted}, STARTS[:3], WITH_MASS
+    ),
     "sensitivity to an array": Case(  # values above 1 change the tolerances of columns
         swing,
         {
@@ -179,7 +210,7 @@ PRODUCT = [
 ]
 
 
-@pytest.mark.few(56)
+@pytest.mark.few(62)
 @pytest.mark.parametrize(("case", "method", "way"), PRODUCT)
 def test_the_bits_are_those_of_a_first_solve(case, method, way):
     known = {}
