@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.explore.exploration import GROUND
 from fastdyn.explore.pictures import flat
 from fastdyn.explore.sliders import END
 from fastdyn.systems.base.export import of_arguments, of_instance
@@ -51,7 +52,7 @@ class Functions:
     values : list of dict
         What is drawn besides the state: name, label, unit, group.
     events : list of dict
-        name, direction, terminal.
+        name, direction, terminal, and whether it `ends` a run.
     derived : list of dict
         Answers that follow from the parameters: name, unit; `fixed` if they are known for the first
         values of the sliders only.
@@ -184,6 +185,7 @@ class Functions:
                 {
                     "name": name, "direction": float(getattr(one, "direction", 0)),
                     "terminal": bool(getattr(one, "terminal", False)),
+                    "ends": self._ends(name, one),
                 }
                 for name, one in make.events.items()
             ]  # fmt: skip
@@ -199,6 +201,17 @@ class Functions:
             if first:
                 self.derived.append(about)
         parts.members.append(f"derived: [{', '.join(answers)}]")
+
+    def _ends(self, name, one):
+        """Whether an event ends the runs of the page: the ground, and what a user's events end."""
+        terminal = getattr(one, "terminal", False)
+        if terminal > 1:
+            self._leave_out(
+                f"The event {name} ends no run here, where its occurrences are not counted; in "
+                f"Python, its occurrence {terminal} does."
+            )
+            return False
+        return bool(terminal) and (name == GROUND or getattr(self.system, "of_function", False))
 
     def _picture(self, system, parts, first):
         """The function that gives the coordinates of a picture, and what its parts are."""

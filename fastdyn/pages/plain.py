@@ -40,7 +40,7 @@ def system_of(function, name, y0, args, events, t_end=END):
     space |= {
         "name": name, "title": name, "source": "fun(t, y, *args)", "t_end": float(t_end),
         "states": tuple(State(f"y{i}", "", "") for i in range(len(y0))),
-        "rhs": staticmethod(function),
+        "rhs": staticmethod(function), "of_function": True,
         "initial_state": lambda self: tuple([getattr(self, start) for start in starts]),
     }  # fmt: skip
     for key, one in events.items():

@@ -9,6 +9,7 @@ import pytest
 
 from fastdyn import systems
 from fastdyn.pages import html as of_page
+from fastdyn.pages import plain
 from fastdyn.pages.functions import Functions
 from support.pages import DERIVED, SOLVE, Case, compare
 
@@ -220,3 +221,37 @@ def test_a_contact_that_pulls_is_told(driver, tmp_path):
     said = driver.execute_script("return document.getElementById('said').textContent")
     assert said.startswith("The normal force N is negative from about t = 0 s")
     assert said.endswith("ball would leave a surface there.")
+
+
+def test_a_terminal_event_of_a_plain_function_ends_the_run(driver, tmp_path):
+    def falling(t, y, g):
+        return [y[1], -g]
+
+    def low(t, y, g):
+        return y[0] + 1.0
+
+    def twice(t, y, g):
+        return y[0]
+
+    low.terminal = True
+    twice.terminal = 2
+    system = plain.system_of(falling, "fall", [0.0, 3.0], (9.81,), {"low": low, "twice": twice})
+    file = tmp_path / "page.html"
+    file.write_text(of_page.page(system), "utf-8")
+    opened(driver, file)
+    (end,) = driver.execute_script(
+        "return fastdyn.state.runs.map((run) => run.t[run.t.length - 1])"
+    )
+    assert end == pytest.approx((3.0 + (9.0 + 2 * 9.81) ** 0.5) / 9.81, rel=1e-9)
+    said = driver.execute_script("return document.body.textContent")
+    assert "its occurrence 2 does" in said
+
+
+def test_answers_of_the_first_values_say_so(driver, tmp_path):
+    """The exact period of a pendulum is an elliptic integral, which a page has as a number."""
+    file = systems.pendulum(V0=1.0).page(tmp_path / "pendulum.html")
+    opened(driver, file)
+    said = "return document.body.innerText.includes('for the first values only')"
+    assert not driver.execute_script(said)
+    driver.execute_script("fastdyn.state.p[0] *= 1.1; fastdyn.state.dirty = true")
+    until(driver, said)

@@ -27,7 +27,7 @@ function variant() {
 
 function watched() {
   return DATA.events.map((one, index) => ({
-    name: one.name, index, direction: one.direction, terminal: one.name === "ground",
+    name: one.name, index, direction: one.direction, terminal: one.ends,
   }));
 }
 
@@ -351,10 +351,13 @@ const label = (way) => (METHODS[way.method].fixed ? `${way.method}, h = ${shown(
 const times = (list) => (list.length ? `${list.slice(0, 3).map((t) => shown(t, 5)).join(", ")}${
   list.length > 3 ? ` … (${list.length} times)` : ""} s` : "–");
 
+const FIRST_ONLY = "for the first values only";
+
 function answer(one, k) {
   if (state.y0) return "–";
   if ("fixed" in one) {
-    return DATA.sliders.every((slider, i) => state.p[i] === slider.value) && one.fixed !== null ? one.fixed : "–";
+    if (one.fixed === null) return "–";
+    return DATA.sliders.every((slider, i) => state.p[i] === slider.value) ? one.fixed : FIRST_ONLY;
   }
   const out = [0];
   return variant().derived[k](0, zeros(DATA.states.length), state.p, out) ? NaN : out[0];
