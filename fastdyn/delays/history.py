@@ -24,6 +24,8 @@ from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.reads.reads import flat
 from fastdyn.words.kinds import shown
 
+NEAR = 1e-3  # share of the span
+
 
 class History:
     """The history of a solve, and the array of words by which compiled code reads the past.
@@ -117,7 +119,8 @@ class History:
         function = self._function
         if function is None:
             return (lambda t, y, *given: y), Near(self.t0, self._tf, self.y0)
-        before = Near(self.t0, self.t0 - (self._tf - self.t0), self.y0)
+        # Compared close to the start, because a history may not be defined far before.
+        before = Near(self.t0, self.t0 - NEAR * (self._tf - self.t0), self.y0)
         if self._args:
             return (lambda t, y, laid_out, *args: np.atleast_1d(function(t, *args))), before
         return (lambda t, y, *given: np.atleast_1d(function(t))), before

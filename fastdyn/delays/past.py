@@ -21,34 +21,34 @@ def history_of(laid_out) -> Any:
     return ctypes.cast(address, ctypes.py_object).value
 
 
-def state_before(laid_out, t, n, order=0):
+def state_before(laid_out, t, now, n, order=0):
     """The first n components at time t, or their derivatives, by the array of words of a solve.
 
-    NaN beyond the last step; `order` is 0, or 1 for the derivatives.
+    NaN later than `now`, the time of the equations; `order` is 0, or 1 for the derivatives.
     """
     history = history_of(laid_out)
     t = float(t)
     history.reads(t, order)
     steps = None if order else history.varied
     found = np.empty(n if steps is None else history.n)
-    Call(past_kernel(), laid_out, 0, t, order, 0, found)()
+    Call(past_kernel(), laid_out, 0, t, float(now), order, 0, found)()
     history.check()
     if steps is not None:
         found = found[:n] + found[n:].reshape(n, -1) @ steps
     return found
 
 
-def _on_symbols(laid_out, t, n, order=0):
+def _on_symbols(laid_out, t, now, n, order=0):
     g = graph_of(laid_out, t)
     if g is None:
-        return state_before(laid_out, t, n, order)
+        return state_before(laid_out, t, now, n, order)
     if type(laid_out) is not Symbol:
         refuse("a past beside an array that is no argument")
     time = symbol(g, t)
     if time.kind == "c" or time.many:
         refuse("a past at several times at once: ask for one time after the other")
     first = g.node(int(laid_out.ids.reshape(-1)[0]))
-    node = g.make("past", (time.node, first), (n, laid_out.ids.size, order))
+    node = g.make("past", (time.node, first, symbol(g, now).node), (n, laid_out.ids.size, order))
     component = "of_slope" if order else "of_past"
     return symbol(g, [Symbol(g, g.make(component, (node,), i).key) for i in range(n)])
 
@@ -62,13 +62,14 @@ class Past:
     ``past.derivative(t - tau)`` is the derivative of the solution there.
     """
 
-    def __init__(self, laid_out, n):
+    def __init__(self, laid_out, now, n):
         self._laid_out = laid_out
+        self._now = now
         self._n = n
 
     def __call__(self, t):
-        return state_before(self._laid_out, t, self._n)
+        return state_before(self._laid_out, t, self._now, self._n)
 
     def derivative(self, t):
         """The derivative of the solution at an earlier time, an array of n components."""
-        return state_before(self._laid_out, t, self._n, 1)
+        return state_before(self._laid_out, t, self._now, self._n, 1)

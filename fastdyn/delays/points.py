@@ -10,9 +10,11 @@ from fastdyn.trace.graph.derivatives import partials
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Untraceable
+from fastdyn.trace.operations import OPERATIONS
 from fastdyn.trace.reads.reads import flat
 
 MERGED = 16.0 * np.finfo(float).eps  # points closer than their roundings are one point
+SHORTEST = 1e-4  # share of the span below which a constant delay does not bound the steps
 MOST_POINTS = 2**17  # followed points; k delays to order p have up to C(k + p, p)
 
 
@@ -20,13 +22,14 @@ class Delays(NamedTuple):
     """The constant delays in rising order, whether other delays vary, and the neutral ones.
 
     A neutral delay is a constant one at which the derivative is read; `derivatives` tells whether
-    the derivative is read at any delay.
+    the derivative is read at any delay, `decides` whether the function may jump or have a kink.
     """
 
     constant: tuple
     varying: bool
     neutral: tuple = ()
     derivatives: bool = False
+    decides: bool = False
 
 
 def delays_of(bound, t0, y0):
@@ -34,7 +37,7 @@ def delays_of(bound, t0, y0):
     function = bound.function and bound.function.notes.get(BASE, bound.function)
     if function is None or function.traced is None or function.traced.in_batches:
         return None
-    times, fixed, orders = function.derived("delays", lambda: _times(function.traced))
+    times, fixed, orders, decides = function.derived("delays", lambda: _times(function.traced))
     graph = function.traced.trace.graph
     t = np.array([t0])
     values, _ = evaluate(graph, times, t, y0[:, None], flat(bound.given))
@@ -44,16 +47,21 @@ def delays_of(bound, t0, y0):
     ]  # fmt: skip
     constant = {tau for tau, _ in found}
     neutral = {tau for tau, order in found if order}
-    return Delays(tuple(sorted(constant)), not all(fixed), tuple(sorted(neutral)), any(orders))
+    return Delays(
+        tuple(sorted(constant)), not all(fixed), tuple(sorted(neutral)), any(orders), decides
+    )
 
 
 def _times(traced):
     """The times at which a trace reads the past, whether each is at a fixed distance, and orders.
 
-    The order of a time is 1 if the derivative is read, else 0.
+    The order of a time is 1 if the derivative is read, else 0.  Last, whether jumps may occur.
     """
     graph = traced.trace.graph
-    nodes = [node for node in live([*traced.stored, traced.trace.raising]) if node.op == "past"]
+    all_nodes = live([*traced.stored, traced.trace.raising])
+    nodes = [node for node in all_nodes if node.op == "past"]
+    records = [OPERATIONS[node.op] for node in all_nodes]
+    decides = any(r.name == "select" or r.kinked or r.decision is not None for r in records)
     times = list({node.args[0].key: node.args[0] for node in nodes}.values())
     orders = [max(n.data[2] for n in nodes if n.args[0] is time) for time in times]
     inputs = [graph.make("t"), *[graph.make("y", (), i) for i in range(traced.n)]]
@@ -65,7 +73,7 @@ def _times(traced):
             found = {}
         alone = set(found) == {0} and found[0].op == "const"
         fixed.append(alone and found[0].data == 1.0)
-    return times, fixed, orders
+    return times, fixed, orders, decides
 
 
 def followed(starts, delays, t0, tf, order, neutral=()):
@@ -87,6 +95,16 @@ def followed(starts, delays, t0, tf, order, neutral=()):
         if not len(new):
             break
     return points[(points > t0) & (points < tf)]
+
+
+def shorter_than_steps(delays, problem):
+    """Whether steps may be longer than the shortest of constant delays in rising order.
+
+    A delay bounds the steps unless it is far shorter than the span.  It does where events act,
+    whose jumps no step may pass before they are carried on.
+    """
+    p = problem
+    return bool(delays) and not p.acts and delays[0] < SHORTEST * (p.tf - p.t0)
 
 
 class Carried:
@@ -117,7 +135,8 @@ class Carried:
     def taken(self, problem):
         """The problem with steps that end at the jumps, and are no longer than a delay."""
         p = problem
-        h_max = min(p.h_max, *self._delays) if self._delays else p.h_max
+        bounds = self._delays and not shorter_than_steps(self._delays, p)
+        h_max = min(p.h_max, *self._delays) if bounds else p.h_max
         segments = segments_of_span(self._points, p.t0, p.tf)
         return p._replace(segments=segments, ends_at_switches=False, h_max=h_max)
 

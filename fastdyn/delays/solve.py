@@ -11,6 +11,7 @@ import numpy as np
 from fastdyn.compile.bind import or_in_python
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.python_callback import called_with, evaluate
+from fastdyn.kernels.output.arguments import RESIDUALS, SHORT, STAGES
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.options.table import value_of
@@ -22,7 +23,7 @@ from fastdyn.words.near import did_you_mean
 
 from .history import History
 from .past import Past
-from .points import Delays, delays_of
+from .points import Delays, delays_of, shorter_than_steps
 from .run import DelayRun
 from .sensitive import NEUTRAL, asked_directions, solved_in_parts
 
@@ -30,8 +31,12 @@ if TYPE_CHECKING:
     from fastdyn.problem.argument_types import Args, Function, Functions, Times, TimeSpan
     from fastdyn.run.result import OdeResult
 
-# Methods whose interpolant has the order of the method less one at least.
-METHODS = ("Tsit5", "Vern7", "Vern9", "DOP853")
+# Methods whose interpolant has the order of the method less one at least, and two for stiff
+# equations; the interpolant of Radau has the order of its error estimate, 3.
+EXPLICIT = ("Tsit5", "Vern7", "Vern9", "DOP853")
+STIFF = ("Rodas5P", "Radau")
+METHODS = (*EXPLICIT, *STIFF)
+COUPLED = "Radau"  # its stages are coupled with the past within the step
 OPTIONS = (
     "rtol", "atol", "max_step", "first_step", "on_event", "at", "every", "breakpoints", "max_steps",
     "progress", "on_interrupt", "compile", "sensitivity",
@@ -74,8 +79,8 @@ def solve_dde(
         a function from its trace, or ``history.derivative(t)``.
     method : str
         "auto" (Vern7 for `rtol` below 1e-6, neutral equations and sensitivities, else Tsit5),
-        "Tsit5", "Vern7", "Vern9" or "DOP853"; for neutral equations "Vern7" or "Vern9".  Other
-        methods do not interpolate as precisely as they step.
+        "Tsit5", "Vern7", "Vern9" or "DOP853", for stiff equations "Rodas5P" or "Radau", for neutral
+        ones "Vern7" or "Vern9".  Other methods do not interpolate as precisely as they step.
     t_eval, dense_output, args
         As in `solve_ivp`.
     events : callable or Schedule or list of these, optional
@@ -107,10 +112,15 @@ def solve_dde(
     -----
     Where the solution begins, a derivative jumps, and each delay carries the jump on, one
     derivative higher: steps end at these times, up to the order of the method.  A jump of y' that
-    `past.derivative` carries on stays one, throughout the span.  Jumps that varying delays carry on
-    are left to the error control.  No step is longer than the shortest delay: a
-    step that asks for a time within itself is taken again, shorter.  All steps are kept, since any
-    of them may be asked for.
+    `past.derivative` carries on stays one, throughout the span.  Jumps that
+    varying delays, and switches on the state or the past, bring are not known before: there, and in
+    neutral equations, the residual of the interpolant is bounded by two tolerances at three times
+    of each step, and a step over a jump is taken again, shorter.
+
+    No step is longer than the shortest constant delay, unless the delay is shorter than 1e-4 of the
+    span.  A step that contains its own past, because a delay vanishes or is as short, is taken
+    again with its own interpolant until the interpolant changes by less than 0.03 tolerances, at
+    most 12 times, then shorter.  All steps are kept, since any of them may be asked for.
     """
     _refuse(options)
     t0, tf = validate.time_span(t_span)
@@ -125,12 +135,12 @@ def solve_dde(
     n = before.n
 
     def equations(t, y, laid_out, *args):
-        return fun(t, y, Past(laid_out, n), *args)
+        return fun(t, y, Past(laid_out, t, n), *args)
 
     functools.update_wrapper(equations, fun)
     given_args = before.laid_out, *args
     with before:
-        evaluate(called_with(equations, given_args), DERIVATIVE, t0, before.y0.copy())
+        slope = evaluate(called_with(equations, given_args), DERIVATIVE, t0, before.y0.copy())
     if method == "auto":
         precise = (
             before.neutral
@@ -160,7 +170,7 @@ def solve_dde(
     starts = [*before.jumps, *([] if jumps is None else np.asarray(jumps, float).ravel().tolist())]
 
     def solved(run):
-        return _solved(run, before, given, [t0, *starts])
+        return _solved(run, before, given, [t0, *starts], slope)
 
     def solve():
         before.still(True)
@@ -192,7 +202,7 @@ def _with_past(problem, n):
     def longer(function):
         @functools.wraps(function)
         def with_past(t, y, laid_out, *args):
-            return function(t, y, Past(laid_out, n), *args)
+            return function(t, y, Past(laid_out, t, n), *args)
 
         return with_past
 
@@ -203,7 +213,7 @@ def _with_past(problem, n):
 
 
 def _tell_vanishing(result, equations, args, history):
-    """Say that a delay vanishes, if that is why no step was short enough."""
+    """Say that a delay vanishes or is negative, if that is why no step was short enough."""
     if result.status != -1:
         return
     t = float(result.t[-1])
@@ -211,10 +221,16 @@ def _tell_vanishing(result, equations, args, history):
     with history.asked() as times:
         equations(t, y, *args)
     shortest = min((t - s for s in times), default=math.inf)
-    if shortest <= VANISHING * max(abs(t), abs(t - history.t0)):
+    near = VANISHING * max(abs(t), abs(t - history.t0))
+    if shortest < -near:
         result["message"] = (
-            f"a delay vanishes at t = {t:.10g}: a step there would ask for times within itself. "
-            "End the span before, or keep the delay above zero."
+            f"a delay is negative behind t = {t:.10g}: `past` is for times before t; end the span "
+            "before, or keep the delay above zero."
+        )
+    elif shortest <= near:
+        result["message"] = (
+            f"a delay vanishes at t = {t:.10g}: the iteration of a step that contains its own past "
+            "does not converge there. End the span before, or keep the delay above zero."
         )
 
 
@@ -231,7 +247,8 @@ def _delays(run, history, given):
         constant = tuple(given.tolist())
         neutral = history.neutral if known is None else known.derivatives
         varying = known is None or known.varying
-        return Delays(constant, varying, constant if neutral else (), neutral)
+        decides = known is None or known.decides
+        return Delays(constant, varying, constant if neutral else (), neutral, decides)
     if known is None:
         raise ValueError(
             f"the delays of `{p.fun.__name__}` are not known, because it cannot be traced: give "
@@ -240,7 +257,18 @@ def _delays(run, history, given):
     return known
 
 
-def _solved(run, history, given, starts):
+def _looks(p, known):
+    """How steps are looked at: the bits of PAST_LOOKS."""
+    looks = SHORT if known.varying or shorter_than_steps(known.constant, p) else 0
+    unseen = known.varying or known.derivatives or known.decides  # jumps may be
+    if unseen and p.method.name not in STIFF:  # where errors are small, residuals are not
+        looks |= RESIDUALS
+    if p.method.name == COUPLED and (known.constant or known.varying):
+        looks |= STAGES
+    return looks
+
+
+def _solved(run, history, given, starts, slope):
     """The result of a Run that follows the jumps of its solution."""
     p = run.problem
     known = _delays(run, history, given)
@@ -262,7 +290,7 @@ def _solved(run, history, given, starts):
             f"a delay is {delays[0]:.10g}: `past` is for times before t; use `y` at t, and no "
             "later time."
         )
-    carried = run.begin_with(p, known, starts)
+    carried = run.begin_with(p, known, starts, _looks(p, known), slope)
     p = run.problem
     status = run.solve(p.y0)
     history.check()

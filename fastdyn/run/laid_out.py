@@ -239,12 +239,16 @@ class LaidOut(PythonBetween):
         own = self._new_memory()
         launch = self._launch
         launch[MEMORY], launch[Y0] = address_of(own), address_of(y0)
-        words[self._n_steps], words[self._advance] = n_steps, self.tier.address
+        words[self._n_steps], words[self._advance] = n_steps, self.stepping()
         if self.callbacks:
             for callback in filter(None, [b.callback for b in self.bounds]):
                 callback.begin()
             return self._interruptible(plan.launch, launch)
         return plan.launch(self.launch_at)
+
+    def stepping(self):
+        """The address of the kernel that takes steps."""
+        return self.tier.address
 
     def _new_memory(self):
         """The memory of the next solve."""
@@ -256,7 +260,7 @@ class LaidOut(PythonBetween):
         words = self._words
         words[FRESH] = 0
         words[self._n_steps] = n_steps
-        words[self._advance] = self.tier.address
+        words[self._advance] = self.stepping()
         return self._interruptible(self.plan.kernel, words)
 
     def _interruptible(self, kernel, words):

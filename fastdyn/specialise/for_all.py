@@ -9,6 +9,7 @@ FOR_ALL = {  # name: function in `kernels`, signature in `specialise`
     "factors": ("algebra.padded.factors.factors", "signatures.FACTORS"),  # of equations inside one
     "solution": ("algebra.padded.solution.solution", "signatures.SOLUTION"),
     "past": ("output.dense_output.state_before", "signatures.PAST"),  # of a delay equation
+    "within past": ("output.past.steps.advance", "signatures.ADVANCE"),
     "sparse factors": ("algebra.sparse.factors.factors", "signatures_of_sparse.SPARSE_FACTORS"),
     "sparse solution": ("algebra.sparse.factors.solution", "signatures_of_sparse.SPARSE_SOLUTION"),
     "complex sparse factors": (

@@ -56,7 +56,7 @@ OPEN = kernel_of(EVENT_TABLE, 0.0, ROW, ROW)
 DENSE_ROWS = kernel_of(0.0, 0.0, TABLE, WORDS, TABLE)
 FACTORS = kernel_of(ROW, ROW, 0)
 SOLUTION = kernel_of(ROW, ROW, ROW, 0)
-PAST = kernel_of(ROW, 0, 0.0, 0, 0, ROW)
+PAST = kernel_of(ROW, 0, 0.0, 0.0, 0, 0, ROW)
 EVALUATE = kernel_of(WORDS, 0.0, ROW, ROW)
 WATCHING = (
     KERNELS,

@@ -52,6 +52,7 @@ OWN, FULL, BAND, OUTSIDE, NARROW = range(5)
 OTHER_JACOBIAN, OTHER_FACTORS, OTHER_SOLUTION = range(3)
 OTHER_COMPLEX_FACTORS = 3
 OTHER_COMPLEX_SOLUTION = 4
+PAST_OF_RARE = 5  # the words of the past, see `output/past/steps.py`; 0 without a past
 
 # Words of a mass matrix, see `algebra/mass.py`.
 N, LOWER, UPPER, PENCIL, PLACES = range(5)

@@ -197,10 +197,24 @@ class Launch(NamedTuple):
 # polynomial, and its components; the start of the solve; whether later times than the last step
 # have the state at the start (PAST_BEGINS, while code is compared with its function before a
 # solve); the Python object of the history while a solve runs, else 0; the addresses of the state at
-# the start, of room for another, and of the blocks of the history and of its derivative; from
-# PAST_HINT on, the last polynomial of each place that reads the past.
+# the start, of room for another, and of the blocks of the history and of its derivative.  Of
+# `past/steps.py`: the address of its memory, which begins with the start, the size and the rows of
+# a polynomial for times within the step; whether such times may be asked for (from `begin` on), and
+# were; how steps are looked at (SHORT and so on); by how much, as a share of the time, a time may
+# be later than that of the equations, as which it counts then; the addresses of two kernels of the
+# method, its stage of the slope, its rows; whether the stages of the method are coupled with the
+# polynomial.  From PAST_HINT on, the last polynomial of each place that reads the past.
 PAST_D, PAST_SPANS, PAST_COUNT, PAST_NOW, PAST_ROWS, PAST_N, PAST_T0, PAST_BEGINS = range(8)
 PAST_OBJECT, PAST_Y0, PAST_ROOM, PAST_HISTORY = range(8, 12)
-PAST_HINT = PAST_HISTORY + 2
+PAST_TRIAL = PAST_HISTORY + 2
+PAST_OPEN, PAST_ASKED, PAST_LOOKS, PAST_SLACK = range(PAST_TRIAL + 1, PAST_TRIAL + 5)
+PAST_ADVANCE, PAST_DENSE_ROWS, PAST_FSAL, PAST_N_ROWS = range(PAST_TRIAL + 5, PAST_TRIAL + 9)
+PAST_COUPLED = PAST_TRIAL + 9
+PAST_HINT = PAST_TRIAL + 10
 PAST_PLACES = 8  # places with a hint of their own
 PAST_WORDS = PAST_HINT + PAST_PLACES
+COUPLED = 1  # in PAST_COUPLED: the stages are coupled with the past within the step
+STEPPING = 2  # a step is being taken: only then is the past within the step a part of the Jacobian
+SHORT = 1  # in PAST_LOOKS: steps may contain their past
+RESIDUALS = 2  # the residual of the interpolant is bounded
+STAGES = 4  # the error of the interpolant between Radau's stages is bounded

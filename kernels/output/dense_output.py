@@ -18,18 +18,25 @@ from ..state.layout import Form
 from ..state.record import RAISED, RUNNING, Y_OLD, K, Y
 from ..state.rows import keep_vector, numbers_of, scratch, vector_at
 from .arguments import (
+    COUPLED,
+    PAST_ASKED,
     PAST_BEGINS,
     PAST_COUNT,
+    PAST_COUPLED,
     PAST_D,
     PAST_HINT,
     PAST_HISTORY,
     PAST_N,
     PAST_NOW,
+    PAST_OPEN,
     PAST_ROOM,
     PAST_ROWS,
+    PAST_SLACK,
     PAST_SPANS,
     PAST_T0,
+    PAST_TRIAL,
     PAST_Y0,
+    STEPPING,
 )
 
 F = 1  # rows of `d`: y_old, then F0, F1, ...
@@ -227,8 +234,26 @@ def _of_history(words, t, order, first, out):
 
 
 @njit(**INTERNAL)
-def state_before(history, place, t, order, first, out):
-    """Write components of the state at time t, or of its derivative; NaN behind the last step.
+def _write(words, address, x, h, order, first, out):
+    """Write components of the polynomial at an address, or of its derivative by t."""
+    n = words[PAST_N]
+    d = carray(numbers_at(address), (words[PAST_ROWS], n))
+    if order != 0:
+        slope_of_polynomial(d, x, h, first, out)
+    elif len(out) == n:
+        polynomial(d, x, out)
+    else:
+        some_of_polynomial(d, x, first, out)
+
+
+@njit(**INTERNAL)
+def state_before(history, place, t, now, order, first, out):
+    """Write components of the state at time t, or of its derivative; NaN where t is after `now`.
+
+    With order 2, `out` is the weight with which the past moves with the state at `now`, for a
+    method whose stages are coupled with it: 1 for a delay far shorter than the step, 0 for a longer
+    one.  Within the step that is being taken, the polynomial is that of `past/steps.py`; NaN if
+    there is none.
 
     A delay equation reads the dense output of its own solve.  `history` is the array of words of
     `arguments.py`; `place` numbers the reads of the function, `order` is 0, or 1 for the
@@ -236,6 +261,13 @@ def state_before(history, place, t, order, first, out):
     components from `first` on.
     """
     words = words_at(address_of(history))
+    if order > 1:
+        weight = 0.0
+        if words[PAST_COUPLED] == COUPLED | STEPPING:
+            weight = 1.0 - (now - t) / numbers_at(words[PAST_TRIAL])[1]
+        for i in range(len(out)):
+            out[i] = min(max(weight, 0.0), 1.0)
+        return 0
     t0 = history[PAST_T0]
     if not t > t0 or words[PAST_BEGINS] != 0:
         _of_history(words, min(t, t0), order, first, out)
@@ -246,22 +278,22 @@ def state_before(history, place, t, order, first, out):
     if count != 0:  # an event may end a step before its polynomial
         end = min(spans[count - 1, 0] + spans[count - 1, 1], numbers_at(words[PAST_NOW])[0])
     if t > end + BEYOND * max(abs(t), abs(end)):
-        for i in range(len(out)):
-            out[i] = float("nan")
+        later = history[PAST_SLACK] * max(abs(now), now - t0)
+        if words[PAST_OPEN] == 0 or t > now + later + BEYOND * max(abs(t), abs(now)):
+            for i in range(len(out)):
+                out[i] = float("nan")
+            return 0
+        words[PAST_ASKED] = 1
+        trial = numbers_at(words[PAST_TRIAL])
+        x = (min(t, now) - trial[0]) / trial[1]
+        _write(words, words[PAST_TRIAL] + 16, x, trial[1], order, first, out)
         return 0
     if count == 0:
         _of_history(words, t0, order, first, out)
         return 0
     at = _found(spans, count, t, words[PAST_HINT + place])
     words[PAST_HINT + place] = at
-    rows = words[PAST_ROWS]
-    n = words[PAST_N]
-    d = carray(numbers_at(words[PAST_D] + 8 * at * rows * n), (rows, n))
-    x = (t - spans[at, 0]) / spans[at, 1]
-    if order != 0:
-        slope_of_polynomial(d, x, spans[at, 1], first, out)
-    elif len(out) == n:
-        polynomial(d, x, out)
-    else:
-        some_of_polynomial(d, x, first, out)
+    size = spans[at, 1]
+    place_of = words[PAST_D] + 8 * at * words[PAST_ROWS] * words[PAST_N]
+    _write(words, place_of, (t - spans[at, 0]) / size, size, order, first, out)
     return 0

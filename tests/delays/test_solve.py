@@ -113,14 +113,6 @@ def test_a_jump_of_the_history_is_told():
     assert abs(found.y[0, -1] - 1.0) < 1e-14  # 1 - 0.5 + 0.5
 
 
-def test_a_delay_that_vanishes_ends_the_solve_with_a_sentence():
-    found = solve_dde(
-        lambda t, y, past: [past(t - np.abs(1.0 - t) * 0.5)[0]], (0, 2), [1.0], rtol=1e-6
-    )
-    assert (found.status, found.success) == (-1, False)
-    assert "a delay vanishes" in found.message and abs(found.t[-1] - 1.0) < 1e-6
-
-
 def test_exceptions_of_function_and_history_are_raised():
     def fails(t, y, past):
         if t > 1.0:

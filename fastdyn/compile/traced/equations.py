@@ -120,8 +120,10 @@ def _past(emitter, node, args):
     numbers = _room(b, REAL, n)
     history = emitter.source.table(node.args[1].data)
     time = b.bitcast(args[0], WORD)
+    now = b.bitcast(args[2], WORD)
     place = WORD(node.args[0].key % PAST_PLACES)
-    words = [*_row(b, history, n_words), place, time, WORD(order), WORD(0), *_row(b, numbers, n)]
+    asked = [place, time, now, WORD(order), WORD(0)]
+    words = [*_row(b, history, n_words), *asked, *_row(b, numbers, n)]
     _called(b, PAST, words)
     return numbers
 

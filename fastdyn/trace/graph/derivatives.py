@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..operations import OPERATIONS
+from ..operations.delays import WEIGHT
 from ..operations.domains import LARGEST
 from ..operations.linear import EQUATIONS
 from ..operations.value import Value, by_rule
@@ -33,14 +34,20 @@ class Entries(NamedTuple):
 
 @refused_as(_too_many)
 def jacobian(graph, outputs, n):
-    """The Entries of d outputs / dy.
+    """The Entries of d outputs / dy, with that of the past within the step of an implicit method.
 
     Raises
     ------
     Untraceable
         If an operation has no rule, or the derivatives need too many operations.
     """
-    return entries(partials(graph, outputs, [graph.make("y", (), i) for i in range(n)]))
+    inputs = [graph.make("y", (), i) for i in range(n)]
+    known = {node.key: {i: graph.const(1.0)} for i, node in enumerate(inputs)}
+
+    def of_past(node):
+        return {node.data: _weight(graph, node)}
+
+    return entries(along_directions(graph, outputs, known, inputs, of_past))
 
 
 @refused_as(_too_many)
@@ -253,6 +260,13 @@ class _Sweep:
             still = g.compare(d, g.const(0.0), "eq")
             result[i] = g.select(still, g.const(0.0), g.mul(factor, d))
         return result
+
+
+def _weight(g, node):
+    """The weight of the present state in a component of the past, a node."""
+    (past,) = node.args
+    n, n_words, _ = past.data
+    return g.make("of_slope", (g.make("past", past.args, (n, n_words, WEIGHT)),), 0)
 
 
 def _without(g, product, root):

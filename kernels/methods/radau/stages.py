@@ -9,9 +9,11 @@ import numpy as np
 
 from ...algebra.complex_matrices import factorise_complex_sum, solve_complex_sum
 from ...algebra.mass import add_product, widened
-from ...algebra.matrices import factorise_sum, matrix_rows, solve_sum
-from ...calls.block import MASS, RAISED_WORD
+from ...algebra.matrices import factorise_sum, matrix_rows, rare, solve_sum
+from ...calls.block import MASS, PAST_OF_RARE, RAISED_WORD, RARE
+from ...calls.user_function import numbers_at, words_at
 from ...jit.options import INLINED, INTERNAL, njit
+from ...output.arguments import PAST_TRIAL
 from ...state.record import RAISED, RUNNING, STAGE, Y_OLD, K, Y
 from ...stepping.differences import evaluate_row, keep_factors
 from ...stepping.implicit import n_components, scaled_squares
@@ -123,6 +125,30 @@ def _newton_change(s, work, block, h):
     solve_complex_sum(s, work, block, J, _complex_at(work, block), *given)
 
 
+@njit(**INTERNAL)
+def _tell_past(s, work, words, h):
+    """Let the past within the step of a delay equation be the polynomial through the stages.
+
+    N. Guglielmi and E. Hairer, "Implementing Radau IIA methods for stiff delay differential
+    equations", Computing 67 (2001): Newton's iteration then converges for delays far shorter than
+    the step, too.  Their matrix is kept as small by one weight for all stages, here 1 - tau / h.
+    """
+    n = work.shape[1]
+    trial = numbers_at(words[PAST_TRIAL])
+    trial[0] = s.t
+    trial[1] = h
+    for i in range(n):
+        a = work[Z, i]
+        b = work[Z + 1, i]
+        c = work[Z + 2, i]
+        q1 = P[0, 1] * a + P[1, 1] * b + P[2, 1] * c
+        q2 = P[0, 2] * a + P[1, 2] * b + P[2, 2] * c
+        trial[2 + i] = work[Y, i]
+        trial[2 + n + i] = c
+        trial[2 + 2 * n + i] = -q1 - q2
+        trial[2 + 3 * n + i] = -q2
+
+
 @njit(**INLINED)
 def _stages(rhs, s, work, block, h):
     """Evaluate the derivatives at the stages into the rows D; return whether all are finite.
@@ -130,6 +156,8 @@ def _stages(rhs, s, work, block, h):
     If the function raises, RAISED_WORD of its block is set.
     """
     finite = True
+    if block[RARE] != 0 and rare(block, PAST_OF_RARE) != 0:
+        _tell_past(s, work, words_at(rare(block, PAST_OF_RARE)), h)
     for r in range(3):
         for i in range(work.shape[1]):
             work[STAGE, i] = work[Y, i] + work[Z + r, i]

@@ -1,0 +1,1 @@
+"""The past of a delay equation, within the step that is being taken."""

@@ -1,0 +1,79 @@
+"""Delays that vanish or are shorter than a step: a step contains its own past."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fastdyn import CompileWarning
+from fastdyn.delays import solve_dde
+from fastdyn.delays.solve import EXPLICIT
+
+TENFOLD = 10.0
+
+
+def pantograph(t, q):
+    """The solution of y' = -y(q t), y(0) = 1."""
+    return sum((-1) ** k * q ** (k * (k - 1) / 2) * t**k / math.factorial(k) for k in range(30))
+
+
+@pytest.mark.parametrize("method", EXPLICIT)
+def test_a_delay_that_vanishes_at_the_start(method):
+    for rtol in (1e-4, 1e-8):
+        found = solve_dde(
+            lambda t, y, past: -past(0.5 * t), (0, 5), [1.0], method, rtol=rtol, atol=rtol
+        )
+        assert abs(found.y[0, -1] - pantograph(5.0, 0.5)) < TENFOLD * rtol
+
+
+@pytest.mark.parametrize("method", EXPLICIT)
+def test_delays_far_shorter_than_the_span_do_not_bound_the_steps(method):
+    """y = exp(-r t) with r = exp(r tau); a thousand thousand steps would be as long as tau."""
+    tau = 1e-5
+    rate = 1.0 + tau + 1.5 * tau**2  # of r = exp(r tau), to 3e-15
+    found = solve_dde(
+        lambda t, y, past: -past(t - tau), (0, 10), lambda t: [np.exp(-rate * t)], method,
+        rtol=1e-8, atol=1e-8,
+    )  # fmt: skip
+    assert len(found.t) < 300
+    assert abs(found.y[0, -1] - np.exp(-10 * rate)) < TENFOLD * 1e-8
+
+
+def test_the_machine_code_and_python_iterate_alike():
+    def hidden(t, y, past):
+        return [float(str(-past(0.5 * t)[0]))]
+
+    with pytest.warns(CompileWarning):
+        found = solve_dde(hidden, (0, 5), [1.0], "Tsit5", delays=[], rtol=1e-6, atol=1e-6)
+    traced = solve_dde(
+        lambda t, y, past: -past(0.5 * t), (0, 5), [1.0], "Tsit5", rtol=1e-6, atol=1e-6
+    )
+    np.testing.assert_allclose(found.y[0, -1], traced.y[0, -1], rtol=0, atol=1e-7)
+
+
+def test_a_delay_that_becomes_negative_ends_the_solve_with_the_time():
+    found = solve_dde(lambda t, y, past: past(t - (1.0 - t)), (0, 2), [1.0], rtol=1e-6)
+    assert (found.status, found.success) == (-1, False)
+    assert "a delay is negative" in found.message
+    assert abs(found.t[-1] - 1.0) < 1e-4  # a time later by ten tolerances counts as t
+
+
+def test_an_iteration_without_a_limit_ends_the_solve_with_the_time():
+    """At t = 1, y' = -3 y'(t): the iteration triples its errors, however short the step."""
+    found = solve_dde(
+        lambda t, y, past: 1.0 - 3.0 * past.derivative(t - np.maximum(1.0 - t, 0.0)),
+        (0, 2), [0.0], rtol=1e-6,
+    )  # fmt: skip
+    assert (found.status, found.success) == (-1, False)
+    assert "a delay vanishes" in found.message and abs(found.t[-1] - 1.0) < 1e-6
+
+
+def test_a_jump_that_a_varying_delay_passes_is_seen():
+    """The past at t / 3 passes a level: y' jumps, and no step is over it."""
+
+    def fun(t, y, past):
+        return [1.0 if t < 1.0 else -1.0, np.sign(past(t / 3)[0] - 0.9)]
+
+    found = solve_dde(fun, (0, 4), [0.0, 0.0], rtol=1e-7, atol=1e-7)
+    # y0 rises to 1 at t = 1 and falls: above 0.9 for t / 3 in (0.9, 1.1)
+    assert abs(found.y[1, -1] - (-2.7 + 0.6 - 0.7)) < TENFOLD * 1e-7
