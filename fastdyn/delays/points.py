@@ -35,7 +35,7 @@ class Delays(NamedTuple):
 def delays_of(bound, t0, y0):
     """The Delays of a Bound by its trace; None if the function has no trace."""
     function = bound.function and bound.function.notes.get(BASE, bound.function)
-    if function is None or function.traced is None or function.traced.in_batches:
+    if function is None or function.traced is None:
         return None
     times, fixed, orders, decides = function.derived("delays", lambda: _times(function.traced))
     graph = function.traced.trace.graph
@@ -58,9 +58,14 @@ def _times(traced):
     The order of a time is 1 if the derivative is read, else 0.  Last, whether jumps may occur.
     """
     graph = traced.trace.graph
-    all_nodes = live([*traced.stored, traced.trace.raising])
+    if traced.in_batches:
+        all_nodes = traced.program.nodes
+        operations = {*[row.op for row in traced.program.order], *[n.op for n in all_nodes]}
+    else:
+        all_nodes = live([*traced.stored, traced.trace.raising])
+        operations = {node.op for node in all_nodes}
     nodes = [node for node in all_nodes if node.op == "past"]
-    records = [OPERATIONS[node.op] for node in all_nodes]
+    records = [OPERATIONS[op] for op in operations]
     decides = any(r.name == "select" or r.kinked or r.decision is not None for r in records)
     times = list({node.args[0].key: node.args[0] for node in nodes}.values())
     orders = [max(n.data[2] for n in nodes if n.args[0] is time) for time in times]

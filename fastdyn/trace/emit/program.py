@@ -14,12 +14,13 @@ from ..graph.expressions import Node, alternatives
 from ..graph.refusal import Refusal
 from ..graph.rows import ID, Owners, Row
 from ..operations import OPERATIONS
+from ..operations.delays import PASTS
 from ..operations.linear import EQUATIONS
 
 FEWEST_CALLS, FEWEST_NODES = 64, 400  # more are faster in loops than as straight-line code
 MOST_SINGLY = 2000  # numbers of a copy that are computed one by one
 FEWEST = 8  # nodes of one form become a row, and so many nodes that one operand reads are packed
-ALONE = EQUATIONS | {"t", "par"}  # nodes that stay what they are
+ALONE = EQUATIONS | PASTS | {"t", "par"}  # nodes that stay what they are
 COMMUTE = frozenset(("add", "mul", "eq", "and", "or"))
 
 

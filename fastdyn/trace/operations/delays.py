@@ -13,6 +13,7 @@ from .record import Operation, add
 from .value import Value
 
 PAST = "fastdyn_past"  # symbol of the kernel
+PASTS = frozenset(("past", "of_past", "of_slope"))
 WEIGHT = 2
 
 
