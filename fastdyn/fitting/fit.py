@@ -59,7 +59,9 @@ def fit(
         The residual, in standard deviations, at which `loss` turns away from the square.
     **options
         Of `solve_ivp`; by default method="Vern9", rtol={rtol of fit}, atol={atol of fit},
-        max_steps=100_000.
+        max_steps=100_000.  With history="constant", `fun` is that of a delay equation, ``fun(t, y,
+        past, *args)``, and `y0` of a record is the state up to its start; the options are those of
+        `solve_dde`.
 
     Returns
     -------

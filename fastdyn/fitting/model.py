@@ -10,7 +10,7 @@ from fastdyn.words.kinds import refuse
 
 from .descent import scaled
 from .free import Parameters, has_free
-from .motion import Failed, Motion
+from .motion import HISTORY, Failed, Motion
 from .noise import LOG_2PI, Poisson, Unknown
 from .record import Record
 from .robust import MAD
@@ -60,7 +60,9 @@ class Model:
         many = len(records) > 1
         placed = []
         for k, record in enumerate(records):
-            labels = [label.name for label in argument_labels(fun, record.args, system)]
+            given = (None, *record.args) if HISTORY in options else record.args  # behind `past`
+            labels = [label.name for label in argument_labels(fun, given, system)]
+            labels = labels[len(given) - len(record.args) :]
             held = apart(record.args, has_free, labels=labels)
             mark = f" of {name_of_record(record, k)}" if many else ""
             given = record.y0, held, record.t0, ["y0", *held.names], mark, float(record.t.min())

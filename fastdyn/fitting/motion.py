@@ -5,11 +5,13 @@ import contextlib
 import numpy as np
 
 from fastdyn.compile.python_callback import value_of
+from fastdyn.delays import solve_dde
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS, TOLERANCES, check_kinds, defaults_of
 from fastdyn.problem.validate import method_named
 from fastdyn.solve.ivp import solve_ivp
+from fastdyn.words.kinds import shown
 
 DEFAULTS = defaults_of("fit")
 OF_RECORDS = "the records have it"
@@ -22,7 +24,9 @@ OWN = {  # options that are none of a fit, and why
     "discrete": "states that only events change are not fitted; `events` may change the state, and "
     "`solve_ivp` solves with `discrete`",
 }  # fmt: skip
-KNOWN = {*OPTIONS, "method", "events", "vectorized"} - OWN.keys()
+HISTORY = "history"  # the option that makes a delay equation of a fit
+CONSTANT = "constant"  # its value: `y0` of a record is the state up to the start, too
+KNOWN = {*OPTIONS, "method", "events", "vectorized", HISTORY} - OWN.keys()
 
 
 class Failed(Exception):
@@ -41,6 +45,11 @@ def options_of(options):
             raise TypeError(f"`{name}` is no option here: {OWN[name]}.")
     refuse_unknown("`fit`", options, KNOWN, OF_FIT)
     check_kinds(options)
+    if options.get(HISTORY, CONSTANT) != CONSTANT:
+        raise ValueError(
+            f'`history` of a fit must be "{CONSTANT}": `y0` of each record is the state up to its '
+            f"start; got {shown(options[HISTORY])}."
+        )
     given = {"method": "Vern9", **DEFAULTS, **options}
     method_named(given["method"])
     if has_constant_steps(given["method"]):
@@ -80,8 +89,14 @@ class Motion:
         self.parameters = parameters
         self.options = options
         self.differences = differences
+        self._is_late = HISTORY in options
         self._asked = places.asked()
         self._begins = "t0" in self._asked
+        if self._is_late and (self._begins or any(places.apart.trees)):
+            raise ValueError(
+                "a fit of a delay equation takes no Free in `t0`, and none in dicts, NamedTuples "
+                "and dataclasses: give numbers and arrays."
+            )
         names = dict.fromkeys([*self._asked, *["y0"] * self._begins])
         self._names = tuple([name for name in names if name != "t0"])
         rtol = options.get("rtol", DEFAULTS["rtol"])
@@ -90,7 +105,12 @@ class Motion:
         self.accuracy = self._step**2 if differences else accuracy
 
     def probe(self, x):
-        """Call the function in Python, so that mistakes of the user are raised as they are."""
+        """Call the function in Python, so that mistakes of the user are raised as they are.
+
+        The function of a delay equation is called by its solve.
+        """
+        if self._is_late:
+            return
         y0, args = self.places.at(x)
         with np.errstate(all="ignore"), contextlib.suppress(ArithmeticError, ValueError):
             value_of(self.fun, args, "fun", self.places.begin(x), y0)
@@ -128,9 +148,7 @@ class Motion:
         if t0 >= times[-1]:
             raise Failed(f"t0 = {t0:g} is not before the last time, {times[-1]:g}")
         try:
-            result = solve_ivp(
-                self.fun, (t0, times[-1]), y0, t_eval=times, args=args, **self.options, **more
-            )
+            result = self._solve((t0, times[-1]), y0, times, args, **more)
         except (ArithmeticError, ValueError) as error:  # outside of the domain of the function
             raise Failed(f"{type(error).__name__}: {error}") from error
         if len(result.t) < len(times):
@@ -138,6 +156,17 @@ class Motion:
         if not np.isfinite(result.y).all():
             raise Failed("its state is not finite")
         return result
+
+    def _solve(self, span, y0, times, args, sensitivity=None):
+        """The OdeResult of `solve_ivp` or `solve_dde`."""
+        options = dict(self.options)
+        if not self._is_late:
+            named = {} if sensitivity is None else {"sensitivity": sensitivity}
+            return solve_ivp(self.fun, span, y0, t_eval=times, args=args, **options, **named)
+        del options[HISTORY]
+        if sensitivity is not None:
+            options["sensitivity"] = [HISTORY if n == "y0" else n for n in sensitivity]
+        return solve_dde(self.fun, span, y0, t_eval=times, args=args, **options)
 
     def _by_differences(self, x, times):
         y = self.states(x, times)
