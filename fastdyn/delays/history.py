@@ -1,12 +1,13 @@
 """The state before the start of a delay equation: a constant, a function, or an earlier result."""
 
 import contextlib
+import copy
 import inspect
 from typing import Any
 
 import numpy as np
 
-from fastdyn.compile.bind import bind
+from fastdyn.compile.bind import bind, rebind
 from fastdyn.compile.callables import Uncompilable
 from fastdyn.compile.compare import machine_value
 from fastdyn.compile.derivatives.sensitivities import bind_variational
@@ -60,6 +61,7 @@ class History:
         self._function: Any = None
         self._earlier: Any = None
         self._args = ()
+        self._values: Any = None  # of the parameters, if a later solve may change them
         self.times: Any = None
         self.varied: Any = None
         self.jumps: Any = ()
@@ -81,7 +83,8 @@ class History:
         self.n = len(self.y0)
         if not np.isfinite(self.y0).all():
             raise ValueError(f"`history` is not finite at the start, t = {t0}: {self.y0}.")
-        self.laid_out = np.zeros(words.PAST_WORDS)
+        # Not zeros: a trace is valid for other values than those compared, but not for zeros.
+        self.laid_out = np.ones(words.PAST_WORDS)
         self.laid_out[words.PAST_T0] = t0
         self._given = self.laid_out, *args  # those of the equations
         self._start = self.y0
@@ -146,6 +149,49 @@ class History:
 
         callback = Callback(longer, HISTORY, self.n)
         return with_callback(callback, function, [self], HISTORY, np.zeros(FIRST, np.int64))
+
+    def take(self, given, args):
+        """Take another history of the same kind, and other arguments; False for the long way."""
+        if self.n != len(self.y0) or self._earlier is not None or hasattr(given, "sol"):
+            return False
+        if self._function is None:
+            try:
+                constant = _numbers(given)
+            except TypeError:
+                return False
+            if constant.shape != self.y0.shape or not np.isfinite(constant).all():
+                return False
+            self.y0[:] = self._constant = constant
+            return True
+        if not callable(given) or bool(self._args) != bool(args and _takes(given, 1 + len(args))):
+            return False
+        self._function = given
+        self._args = args if self._args else ()
+        self._given = self.laid_out, *args
+        if self._bound.function is None:
+            return False
+        fun, _ = self._in_time()
+        if not rebind(self._bound, fun, self._given):
+            return False
+        self.y0[:] = self.before(self.t0)
+        return bool(np.isfinite(self.y0).all())
+
+    def let_go(self):
+        """Hold nothing of the user's; `take` comes next."""
+        self._given = ()
+        if self._function is not None:
+            self._function = _nothing
+            self._args = self._args and (None,)
+        self._bound.held.take(None, ())
+
+    @property
+    def given(self):
+        """The history alone, of which no later `take` changes anything."""
+        found = copy.copy(self)
+        found.y0 = self.y0.copy()
+        if self._bound.function is not None:
+            found._values = flat(self._bound.given)
+        return found
 
     def lengthen(self, equations, y0):
         """Let the history have sensitivities, too; the state and the sensitivities at the start.
@@ -247,7 +293,7 @@ class History:
             )
         graph = function.traced.trace.graph
         nodes = function.derived("slope", lambda: time_derivative(graph, function.traced.stored))
-        values = flat(self._bound.given)
+        values = flat(self._bound.given) if self._values is None else self._values
         found, _ = evaluate(graph, nodes, np.array([t]), self.y0[:, None], values)
         return np.array([row[0] for row in np.broadcast_to(found, (len(nodes), 1))])
 
@@ -264,6 +310,10 @@ class History:
                 t = float(bound.block[TIME : TIME + 1].view(float)[0])
                 self.before(t)
                 raise GaveUp(bound, t)
+
+
+def _nothing(t, *args):
+    """The function of a history that waits for the next solve."""
 
 
 def _takes(function, count):

@@ -10,7 +10,9 @@ from fastdyn.kernels.output import arguments as words
 from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.state.record import STATE, K
 from fastdyn.run import output
+from fastdyn.run.begin import shape_of
 from fastdyn.run.loop import Run
+from fastdyn.run.memory import plan
 from fastdyn.specialise import rare
 from fastdyn.specialise.scalar import dense_rows_kernel, within_past_kernel
 
@@ -38,11 +40,11 @@ class OnePiece(output.Output):
 class DelayRun(Run):
     """A Run that tells the words of its history where its polynomials are."""
 
-    laid_out: np.ndarray
     carried: Carried | None = None
+    _n_polynomials = 0  # least room
 
     def begin_with(self, problem, known, starts, looks, slope):
-        """Take the problem, whose jumps the delays carry on; the past is now that of this Run.
+        """Take the problem, whose jumps the delays carry on; the past becomes that of this Run.
 
         `known` are the Delays, `starts` the times of jumps that are known before, `looks` tells how
         steps are looked at, see `kernels/output/past/steps.py`; `slope` is the derivative at the
@@ -58,9 +60,9 @@ class DelayRun(Run):
         self.take(carried.taken(problem))
         self.carried = carried if problem.acts else None
         self.laid_out = problem.args[0]
+        self._whole = self.laid_out.view(np.int64)
         self._first_slope = slope
         self._lay_own_past(looks)
-        self.laid_out.view(np.int64)[words.PAST_BEGINS] = 0
         return carried
 
     def _lay_own_past(self, looks):
@@ -85,13 +87,30 @@ class DelayRun(Run):
         """What carries the jumps of actions on; None without actions."""
         return self.carried
 
-    def _tell(self, d, spans):
-        whole = self.laid_out.view(np.int64)
-        whole[words.PAST_D] = address_of(d)
-        whole[words.PAST_SPANS] = address_of(spans)
-        whole[words.PAST_COUNT] = address_of(self.view("output.record")) + N_DENSE
-        whole[words.PAST_NOW] = address_of(self.view("solve.state")) + NOW
-        whole[words.PAST_ROWS] = d.shape[1]
+    def _plan(self, problem, n_points=None):
+        """The plan, with as much room for polynomials as the last solve needed."""
+        *shape, (polynomials, rows), room = shape_of(problem, bool(self._own.pair), n_points)
+        polynomials = max(polynomials, self._n_polynomials), rows
+        return plan(*shape, polynomials, room, self._matrices.rows)
+
+    def make_room(self):
+        """As `Run.make_room`."""
+        if self.grown is not None:
+            wanted = 2 ** int(self.grown.record["n_dense"][0]).bit_length()
+            most = output.PIECE_NUMBERS // self.grown.d[0].size
+            self._n_polynomials = min(wanted, most)
+        super().make_room()
+
+    def _tell(self, d, spans, rows):
+        """Tell the words of the history where the polynomials and the records are."""
+        arrays = self.plan.arrays
+        begin = address_of(self.memory)
+        whole = self._whole
+        whole[words.PAST_D] = d
+        whole[words.PAST_SPANS] = spans
+        whole[words.PAST_COUNT] = begin + 8 * arrays["output.record"][0] + N_DENSE
+        whole[words.PAST_NOW] = begin + 8 * arrays["solve.state"][0] + NOW
+        whole[words.PAST_ROWS] = rows
         whole[words.PAST_HINT :] = 0
 
     @contextmanager
@@ -121,7 +140,9 @@ class DelayRun(Run):
 
     def _new_memory(self):
         own = super()._new_memory()
-        self._tell(self.view("output.d"), self.view("output.spans"))
+        begin = address_of(own)
+        at, *_, (_, rows, _) = self.plan.arrays["output.d"]
+        self._tell(begin + 8 * at, begin + 8 * self.plan.arrays["output.spans"][0], rows)
         return own
 
     @property
@@ -133,4 +154,5 @@ class DelayRun(Run):
 
     def lay_output(self):
         super().lay_output()
-        self._tell(self.output.d, self.output.spans)
+        d = self.output.d
+        self._tell(address_of(d), address_of(self.output.spans), d.shape[1])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fastdyn.delays import solve_dde
-from fastdyn.delays.solve import EXPLICIT
+from fastdyn.delays.equation import EXPLICIT
 from support.shifted_copies import end_of
 
 TENFOLD = 10.0  # largest error over the tolerance times the size of the solution

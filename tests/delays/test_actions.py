@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fastdyn.delays import solve_dde
-from fastdyn.delays.solve import EXPLICIT
+from fastdyn.delays.equation import EXPLICIT
 
 TIGHT = {"rtol": 1e-10, "atol": 1e-12}
 

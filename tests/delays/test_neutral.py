@@ -6,7 +6,7 @@ import pytest
 from fastdyn import CompileWarning
 from fastdyn.delays import solve_dde
 from fastdyn.delays.points import followed
-from fastdyn.delays.solve import NEUTRAL
+from fastdyn.delays.sensitive import NEUTRAL
 
 TENFOLD = 10.0
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fastdyn.delays import solve_dde
-from fastdyn.delays.solve import EXPLICIT, NEUTRAL
+from fastdyn.delays.equation import EXPLICIT, NEUTRAL
 from support.published_delays import DDETST, OF_THE_STATE
 from support.shifted_copies import end_of
 

@@ -37,7 +37,7 @@ def test_more_steps_than_a_first_piece_of_output_holds():
 def test_a_solve_goes_on_from_an_earlier_one():
     whole = solve_dde(lagging, (0, 8), [1.0, 0.5], **TIGHT)
     first = solve_dde(lagging, (0, 1.5), [1.0, 0.5], dense_output=True, **TIGHT)
-    rest = solve_dde(lagging, (1.5, 8), first, **TIGHT)
+    rest = solve_dde(lagging, (1.5, 8), first, dense_output=True, **TIGHT)
     assert {2.0, 3.0, 4.0} <= set(rest.t.tolist()) and rest.jumps.tolist() == [0.0, 1.5]
     np.testing.assert_allclose(rest.y[:, -1], whole.y[:, -1], rtol=0, atol=1e-9)
     again = solve_dde(lagging, (3.5, 8), _until(rest, 3.5), **TIGHT)

@@ -11,7 +11,7 @@ import pytest
 
 from fastdyn import solve_ivp
 from fastdyn.delays import solve_dde
-from fastdyn.delays.solve import STIFF
+from fastdyn.delays.equation import STIFF
 
 TENFOLD = 10.0
 

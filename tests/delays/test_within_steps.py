@@ -7,7 +7,7 @@ import pytest
 
 from fastdyn import CompileWarning
 from fastdyn.delays import solve_dde
-from fastdyn.delays.solve import EXPLICIT
+from fastdyn.delays.equation import EXPLICIT
 
 TENFOLD = 10.0
 

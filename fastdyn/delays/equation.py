@@ -1,0 +1,365 @@
+"""A delay equation, checked, and the Run that solves it, once or again with other values."""
+
+import functools
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fastdyn.compile.bind import (
+    leave_to_python,
+    numpy_errors_are_heard,
+    or_in_python,
+    rebind,
+)
+from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.python_callback import called_with, evaluate
+from fastdyn.compile.sentences import GaveUp
+from fastdyn.kernels.output.arguments import RESIDUALS, SHORT, STAGES
+from fastdyn.kernels.state.record import FINISHED
+from fastdyn.problem import validate
+from fastdyn.problem.arguments import checked
+from fastdyn.problem.events import between_steps
+from fastdyn.problem.options.table import value_of
+from fastdyn.run.outcome import SUCCESS, result_of, results
+from fastdyn.run.solve_problem import run_of
+from fastdyn.words.near import did_you_mean
+
+from .history import History
+from .past import Past
+from .points import Delays, delays_of, shorter_than_steps
+from .run import DelayRun
+from .sensitive import NEUTRAL, asked_directions, solved_in_parts
+
+# Methods whose interpolant has the order of the method less one at least, and two for stiff
+# equations; the interpolant of Radau has the order of its error estimate, 3.
+EXPLICIT = ("Tsit5", "Vern7", "Vern9", "DOP853")
+STIFF = ("Rodas5P", "Radau")
+METHODS = (*EXPLICIT, *STIFF)
+COUPLED = "Radau"  # its stages are coupled with the past within the step
+OPTIONS = (
+    "rtol", "atol", "max_step", "first_step", "on_event", "at", "every", "breakpoints", "max_steps",
+    "progress", "on_interrupt", "compile", "sensitivity",
+)  # fmt: skip
+PRECISE = 1e-6  # relative tolerance below which "auto" takes the higher order
+VANISHING = 1e-9  # share of the time below which a delay is zero: steps are not as short
+NUMBERS = {float, int, bool}
+BOTH = "`sensitivity` and `{}` do not go together in a delay equation: the jumps come back at "
+BOTH += "times that vary with the directions."
+
+
+class Given(NamedTuple):
+    """The arguments of `solve_dde`, as the user gave them."""
+
+    fun: Any
+    t_span: Any
+    history: Any
+    method: Any
+    t_eval: Any
+    dense_output: Any
+    events: Any
+    args: Any
+    delays: Any
+    jumps: Any
+    options: dict
+
+
+class Equation:
+    """A delay equation and its history, checked.
+
+    Raises
+    ------
+    ValueError, TypeError
+    """
+
+    def __init__(self, given):
+        fun, t_span, history, method, t_eval, dense_output, events, args, delays, jumps, _ = given
+        options = dict(given.options)
+        _refuse(options)
+        t0, tf = validate.time_span(t_span)
+        if not t0 < tf < math.inf:
+            raise ValueError(f"`t_span` must be finite and ascend; got ({t0}, {tf}).")
+        if method != "auto" and method not in METHODS:
+            known = f"choose from auto, {', '.join(METHODS)}, whose interpolants are precise."
+            meant = did_you_mean(method, METHODS, form='"{}"') or known
+            raise ValueError(f"`method={method!r}` does not solve delay equations; {meant}")
+        self.fun = fun
+        self.args = validate.extra_arguments(args)
+        self.history = before = History(history, t0, tf, self.args)
+        self._equations = equations = with_past(fun, before.n)
+        longer = before.laid_out, *self.args
+        with before:
+            self._slope = evaluate(called_with(equations, longer), DERIVATIVE, t0, before.y0.copy())
+        if method == "auto":
+            slopes = before.neutral or "sensitivity" in options
+            precise = slopes or np.min(value_of(options, "rtol")) < PRECISE
+            method = "Vern7" if precise else "Tsit5"
+        asked = checked(
+            equations, t_span, before.y0, method, t_eval, True, events, False, longer, options
+        )
+        method = validate.method_named(method)
+        self.problem = _with_events(validate.problem(asked, method, DERIVATIVE), before.n)
+        self.dense_output = dense_output
+        self.directions = None
+        if asked.sensitivity is not None:
+            for name, jumping in (("on_event", _acts(self.problem)), ("jumps", jumps is not None)):
+                if jumping:
+                    raise ValueError(BOTH.format(name))
+            self.directions = asked_directions(asked.sensitivity, fun, before, self.args)
+        self._given = None if delays is None else np.unique(np.asarray(delays, float))
+        self._own_jumps = [] if jumps is None else np.asarray(jumps, float).ravel().tolist()
+        self._run: Any = None  # of the last solve without sensitivities
+        self._known: Any = None
+        self._make: Any = None
+        self._values: Any = None
+        self._jumps: Any = None
+        self._looks = 0
+
+    @property
+    def _starts(self):
+        return [self.problem.t0, *self.history.jumps, *self._own_jumps]
+
+    def solve(self):
+        """The OdeResult."""
+        before = self.history
+
+        def solve():
+            before.still(True)
+            if self.directions is None:
+                self._run = run_of(self.problem, DelayRun)
+                return self._solved(self._run)
+            return solved_in_parts(self.problem, before, self.directions, self._solved)
+
+        with before:
+            result = or_in_python(solve)
+            self._tell_vanishing(result)
+        if self.dense_output:
+            result["history"] = before.given
+        else:
+            result["sol"] = None
+        return result
+
+    def _solved(self, run):
+        """The result of a Run that follows the jumps of its solution."""
+        p = run.problem
+        self._known = known = self._delays(run)
+        delays = known.constant
+        if known.derivatives and p.method.name not in NEUTRAL:
+            raise ValueError(
+                f"`method={p.method.name!r}` does not solve neutral equations, which read "
+                f"`past.derivative`: choose from auto, {', '.join(NEUTRAL)}, whose interpolants "
+                "have precise derivatives."
+            )
+        if known.derivatives and _acts(p):
+            raise ValueError(
+                "`on_event` and `past.derivative` do not go together: where the state jumps, its "
+                "derivative is an impulse, which comes back after each delay."
+            )
+        if delays and not delays[0] > 0.0:
+            raise ValueError(
+                f"a delay is {delays[0]:.10g}: `past` is for times before t; use `y` at t, and no "
+                "later time."
+            )
+        self._looks = _looks(p, known)
+        carried = run.begin_with(p, known, self._starts, self._looks, self._slope)
+        self.history.still(False)
+        p = run.problem
+        status = run.solve(p.y0)
+        self.history.check()
+        result = result_of(p, status, run)
+        result["delays"] = np.array(delays)
+        result["jumps"] = self._jumps = np.unique(carried.starts)
+        return result
+
+    def _delays(self, run):
+        """The Delays of a Run: those of the trace, or those that are given.
+
+        Raises
+        ------
+        ValueError
+        """
+        p = run.problem
+        given = self._given
+        known = delays_of(run.bounds[0], p.t0, self.history.y0)
+        if given is not None:
+            constant = tuple(given.tolist())
+            neutral = self.history.neutral if known is None else known.derivatives
+            varying = known is None or known.varying
+            decides = known is None or known.decides
+            return Delays(constant, varying, constant if neutral else (), neutral, decides)
+        if known is None:
+            raise ValueError(
+                f"the delays of `{p.fun.__name__}` are not known, because it cannot be traced: "
+                "give `delays=`, the constant ones (`delays=[]` if all vary)."
+            )
+        return known
+
+    def _tell_vanishing(self, result):
+        """Say that a delay vanishes or is negative, if that is why no step was short enough."""
+        if result.status != -1:
+            return
+        t = float(result.t[-1])
+        y = result.y[:, -1].copy()
+        with self.history.asked() as times:
+            self._equations(t, y, *self.problem.args)
+        shortest = min((t - s for s in times), default=math.inf)
+        near = VANISHING * max(abs(t), abs(t - self.history.t0))
+        if shortest < -near:
+            result["message"] = (
+                f"a delay is negative behind t = {t:.10g}: `past` is for times before t; end the "
+                "span before, or keep the delay above zero."
+            )
+        elif shortest <= near:
+            result["message"] = (
+                f"a delay vanishes at t = {t:.10g}: the iteration of a step that contains its own "
+                "past does not converge there. End the span before, or keep the delay above zero."
+            )
+
+    # -- again, with other values
+
+    @property
+    def may_come_again(self):
+        """Whether `again` may solve.
+
+        That is without actions, sensitivities, Python and matrices, and with delays of which no
+        step contains its own past: such a step begins with the slope of the start.
+        """
+        run = self._run
+        if run is None or run.follower() is not None or run.watched or self._looks & SHORT:
+            return False
+        if self.problem.method.name not in EXPLICIT:
+            return False
+        return all(bound.function is not None for bound in run.bounds)
+
+    def again(self, fun, history, args):
+        """The result with another history and other arguments; None for the long way.
+
+        The long way is a new Equation.  The code, the layout of the memory, and, for the same
+        delays, the times at which steps end are those of the solve before.
+        """
+        run = self._run
+        heard = numpy_errors_are_heard()
+        if not self.may_come_again or heard or not self.history.take(history, args):
+            return None
+        before = self.history
+        given = before.laid_out, *args
+        p = self.problem
+        if fun is not self.fun:
+            self.fun = fun
+            p = p._replace(fun=with_past(fun, before.n))
+        functions = p.fun, *[function for function, _ in between_steps(p)]
+        for bound, function in zip(run.bounds, functions, strict=True):
+            if not rebind(bound, function, given):
+                return None
+        self.args = args
+        self.problem = p = p._replace(y0=before.y0, args=given)
+        try:
+            with before:
+                if not self._follow_delays(p):
+                    return None
+                run.problem = run.problem._replace(fun=p.fun, y0=p.y0, args=given)
+                return self._ended()
+        except GaveUp as reason:
+            leave_to_python(reason.bound, reason)
+            return None
+
+    def _follow_delays(self, problem):
+        """Let the steps end where the present delays carry jumps; False if one is not positive."""
+        run = self._run
+        values = [value for value in run.bounds[0].given if value.__class__ is not np.ndarray]
+        plain = len(values) == len(run.bounds[0].given) - 1  # the words are an array
+        plain = plain and NUMBERS.issuperset(map(type, values))
+        if plain and values == self._values:
+            return True
+        known = self._delays(run)
+        if not all(delay > 0.0 for delay in known.constant):
+            return False
+        if known != self._known:
+            if _looks(problem, known) & SHORT:
+                return False
+            run.begin_with(problem, known, self._starts, _looks(problem, known), self._slope)
+            self._known = known
+            self._make = None
+        self._values = values if plain else None
+        return True
+
+    def let_go(self):
+        """Hold nothing of the user's, and no memory of the last solve."""
+        run = self._run
+        self.history.let_go()
+        self.fun = None
+        self.args = ()
+        self.problem = self.problem._replace(fun=None, args=())
+        run.problem = run.problem._replace(fun=None, args=())
+        run.make_room()
+        run.memory = None
+        for bound in run.bounds:
+            bound.held.take(None, ())
+
+    def _ended(self):
+        run = self._run
+        before = self.history
+        before.still(False)
+        status = run.solve(run.problem.y0)
+        before.check()
+        if status != FINISHED or self.dense_output:
+            result = result_of(run.problem, status, run)
+            self._tell_vanishing(result)
+            if not self.dense_output:
+                result["sol"] = None
+        else:
+            if self._make is None or self._make[0] is not run.plan:
+                p = run.problem._replace(dense_output=False)
+                self._make = run.plan, results(p, run.plan)
+            result = self._make[1](run.memory, run.grown, 0, SUCCESS)
+        result["delays"] = np.array(self._known.constant)
+        result["jumps"] = self._jumps.copy()
+        if self.dense_output:
+            result["history"] = before.given
+        return result
+
+
+def with_past(function, n):
+    """A function of (t, y, past, *args) as one of (t, y, words, *args)."""
+
+    def longer(t, y, laid_out, *args):
+        return function(t, y, Past(laid_out, t, n), *args)
+
+    return functools.update_wrapper(longer, function)
+
+
+def _with_events(problem, n):
+    """The problem, whose events and actions get the past."""
+    p = problem
+
+    def longer(function):
+        return with_past(function, n)
+
+    events = p.events and [e.like(longer(e.function)).acting(longer) for e in p.events]
+    schedules = [each._replace(jump=each.jump and longer(each.jump)) for each in p.schedules]
+    return p._replace(events=events, schedules=tuple(schedules))
+
+
+def _looks(problem, known):
+    """How steps are looked at: the bits of PAST_LOOKS."""
+    p = problem
+    looks = SHORT if known.varying or shorter_than_steps(known.constant, p) else 0
+    unseen = known.varying or known.derivatives or known.decides  # jumps may be
+    if unseen and p.method.name not in STIFF:  # where errors are small, residuals are not
+        looks |= RESIDUALS
+    if p.method.name == COUPLED and (known.constant or known.varying):
+        looks |= STAGES
+    return looks
+
+
+def _acts(problem):
+    return problem.acts or any(each.jump is not None for each in problem.schedules)
+
+
+def _refuse(options):
+    for name in options:
+        if name not in OPTIONS:
+            raise TypeError(
+                f"`solve_dde` takes no `{name}`; its options are {', '.join(OPTIONS)}. "
+                f"{did_you_mean(name, (*OPTIONS, 'delays', 'jumps', 't_eval', 'events'))}".rstrip()
+            )

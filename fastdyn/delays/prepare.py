@@ -1,0 +1,148 @@
+"""prepare_dde: a solver of one delay equation for many histories and arguments."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fastdyn.problem import validate
+from fastdyn.problem.members import Members
+from fastdyn.words import kinds
+from fastdyn.words.calls import shown_when_wrong
+
+from .equation import Equation, Given
+
+if TYPE_CHECKING:
+    from fastdyn.problem.argument_types import Args, Function, Functions, Times, TimeSpan
+    from fastdyn.run.result import OdeResult
+
+
+@shown_when_wrong(
+    fun=kinds.function_of("(t, y, past)"), t_eval=kinds.times, delays=kinds.times,
+    jumps=kinds.times, dense_output=kinds.flag,
+)  # fmt: skip
+def prepare_dde(
+    fun: Function,
+    t_span: TimeSpan,
+    history: Any,
+    method: str = "auto",
+    t_eval: Times | None = None,
+    dense_output: bool = False,
+    events: Functions | None = None,
+    args: Args = (),
+    delays: Times | None = None,
+    jumps: Times | None = None,
+    **options: Any,
+) -> PreparedDelays:
+    """Make a solver of a delay equation, to be called with other histories and arguments.
+
+    The work of `solve_dde` before and after the steps is done once; for the same delays, the times
+    at which jumps come back, too.
+
+    Parameters
+    ----------
+    fun, t_span, method, t_eval, dense_output, events, delays, jumps
+        As in `solve_dde`.
+    history, args
+        As in `solve_dde`; the defaults of the solves.
+    **options
+        As in `solve_dde`, except that `compile` is "inlined" by default.
+
+    Returns
+    -------
+    PreparedDelays
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `solve_dde`.
+
+    Examples
+    --------
+    >>> late = prepare_dde(
+    ...     lambda t, y, past, tau: -past(t - tau), (0, 9), [1.0], args=(0.5,)
+    ... )
+    >>> late(args=(0.9,)).y[0, -1], late([2.0]).y[0, -1]
+    """
+    options = {"compile": "inlined", **options}
+    return PreparedDelays(Given(
+        fun, t_span, history, method, t_eval, dense_output, events, args, delays, jumps, options
+    ))  # fmt: skip
+
+
+class PreparedDelays:
+    """A solver of one delay equation: ``solver(history, args)`` returns an OdeResult.
+
+    Both are optional.  Results do not share memory.  One thread at a time may call; a copy, as
+    `copy.copy` makes it, is for another thread.
+    """
+
+    def __init__(self, given):
+        self._given = given
+        self._equation = Equation(given)
+        self._args = self._equation.args
+        self._equation.solve()
+
+    def __reduce__(self):
+        """Pickle the arguments of `prepare_dde`: a copy is prepared anew."""
+        return PreparedDelays, (self._given,)
+
+    def __repr__(self):
+        p = self._equation.problem
+        size = f"{len(p.y0)} component{'s' * (len(p.y0) != 1)}"
+        return f"<PreparedDelays: {p.method.name}, t = {p.t0:g} to {p.tf:g}, {size}>"
+
+    def __call__(self, history=None, args=None) -> OdeResult:
+        """Solve with a history and arguments; the defaults are those of `prepare_dde`.
+
+        Parameters
+        ----------
+        history : array_like, callable or OdeResult, optional
+        args : tuple, optional
+        """
+        if history is None:
+            history = self._given.history
+        if args is None:
+            args = self._args
+        elif args.__class__ is not tuple:
+            args = validate.extra_arguments(args)
+        result = self._equation.again(self._given.fun, history, args)
+        if result is None:
+            equation = Equation(self._given._replace(history=history, args=args))
+            result = equation.solve()
+            self._equation = equation
+        return result
+
+    def many(self, histories=None, args=None) -> OdeResult:
+        """Solve with many histories and many arguments, delays among them, one after the other.
+
+        Parameters
+        ----------
+        histories : array_like, shape (m, n) or (n,), or callable, optional
+            Constant histories, or one history for all solves; by default that of `prepare_dde`.
+        args : tuple, optional
+            Each argument is an array or list of m numbers, one for each solve, or a value common to
+            all solves: a number, any object, or an array in `fastdyn.ensemble.Shared`.
+
+        Returns
+        -------
+        OdeResult
+            With the end times `t` (m,) and the end states `y` (m, n); with `t_eval`, `t` has
+            these times, and `y` (m, n, n_times) is NaN after the end of a solve.  `nfev`, `status`,
+            `success`, `n_accepted` and `n_rejected` have shape (m,).
+
+        Raises
+        ------
+        ValueError
+            If lengths do not agree.
+        """
+        from fastdyn.solve.many import one_by_one  # imports Numba
+
+        given = self._given.history if histories is None else histories
+        common = callable(given) or hasattr(given, "sol")
+        states = self._equation.history.y0 if common else given
+        members = Members(states, self._args if args is None else tuple(args))
+
+        def solver(state, values):
+            return self(given if common else state, values)
+
+        return one_by_one(solver, self._equation.problem, members)
