@@ -83,13 +83,13 @@ class Again(Repeated):
 
     @staticmethod
     def make(problem, plan, own=None):
-        """``rows(memory, grown, code, message)``: an array whose first row is left free, and the
-        states of the solver if they are asked for."""
+        """``rows(memory, ...)``: an array whose first row is left free, and the states of the
+        solver if they are asked for."""
         shape = (len(problem.t_eval) + 1, plan.n)
         view = plan.view
         told = problem.told
 
-        def rows(memory, grown, code, message):
+        def rows(memory, *_):
             found = np.empty(shape)
             found[1:] = view(memory, "output.y")
             return found, None if told is None else told.copy()

@@ -17,9 +17,9 @@ from fastdyn.problem import lsoda
 from fastdyn.problem.step_options import NO_SEGMENTS
 from fastdyn.problem.validate import Problem
 from fastdyn.run.functions.compared import Compared
+from fastdyn.run.functions.readers import reader_of
 from fastdyn.run.loop import announce
 from fastdyn.run.outcome import outcome
-from fastdyn.run.ready import reader_of
 from fastdyn.run.solve_problem import in_time
 
 from .messages import DONE, ILLEGAL, MANY_STEPS, istate_of

@@ -368,9 +368,12 @@ def _of_halves(event, n):
 
 def by_name(columns, directions):
     """The parts of (..., m, k) by the names of the directions, each in the shape of its value."""
+    *before, _, k = columns.shape
+    if len(directions) == 1:
+        (d,) = directions
+        return {d.name: columns.reshape(*before, *d.value.shape, k)}
     found = {}
     begin = 0
-    *before, _, k = columns.shape
     for d in directions:
         end = begin + d.size
         found[d.name] = columns[..., begin:end, :].reshape(*before, *d.value.shape, k)

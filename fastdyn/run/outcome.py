@@ -186,7 +186,7 @@ def result_of(problem, status, run):
 
 
 def results(problem, plan, own=None):
-    """``make(memory, grown, code, message)``: the OdeResult of a solve of a problem.
+    """``make(memory, grown=None, code=0, message=SUCCESS)``: the OdeResult of a solve of a problem.
 
     `code` is SciPy's status.  The output lies in the memory of the solve, or in `grown`, the
     Output.  Arrays of the result are parts of the memory, or copies if most of the memory was not
@@ -198,7 +198,8 @@ def results(problem, plan, own=None):
     more = _more(problem, plan)
     t_begin, *_, (room,) = plan.arrays["output.t"]
     y_begin = plan.arrays["output.y"][0]
-    points = "i_eval" if problem.t_eval is not None else "n_out"
+    at_times = problem.t_eval is not None
+    points = "i_eval" if at_times else "n_out"
     counts = plan.counts("n_accepted", "n_rejected", "n_extra", points)
     copies = None
     words = None
@@ -209,8 +210,9 @@ def results(problem, plan, own=None):
     empty = dict.fromkeys(FIELDS)
     empty |= {"njev": 0, "nlu": 0, "status": 0, "message": SUCCESS, "success": True}
 
-    def make(memory, grown, code, message):
-        n_accepted, n_rejected, n_extra, k = counts(memory if words is None else words)
+    def make(memory, grown=None, code=0, message=SUCCESS):
+        numbers = memory if words is None else words  # whose address is found in half of the time
+        n_accepted, n_rejected, n_extra, k = counts(numbers)
         if copies is not None:
             copy_t, copy_y = copies[k]
             t = copy_t()
@@ -227,8 +229,8 @@ def results(problem, plan, own=None):
             y = y.reshape(k, n).T
         found = OdeResult(empty)
         if more is not None:
-            t, y = more(found, memory, grown, t, y)
-        if not k and points == "i_eval":  # as in SciPy
+            t, y = more(found, memory, numbers, grown, t, y)
+        if not k and at_times:  # as in SciPy
             t = []
             y = []
         found["t"] = t
@@ -267,9 +269,10 @@ class _Copies(dict):
 
 
 def _more(problem, plan):
-    """``more(found, memory, grown, t, y)``, which fills `sol` and the fields of events of a result.
+    """``more(found, memory, numbers, grown, t, y)``, which fills `sol` and the fields of events.
 
-    The function returns t and y.  None if they need no more, and there is nothing to fill.
+    `numbers` is the memory as a buffer.  The function returns t and y.  None if they need no more,
+    and there is nothing to fill.
     """
     p = problem
     n = plan.n
@@ -282,7 +285,8 @@ def _more(problem, plan):
         return None
     d_begin = plan.arrays["output.d"][0]
     spans_begin = plan.arrays["output.spans"][0]
-    rows, every = plan.arrays["output.d"][3][1], range(plan.n_events)
+    rows = plan.arrays["output.d"][3][1]
+    orders = "C" * plan.n_events  # for `map`, which makes so many arrays
     counts = plan.counts("n_dense", "n_events")
 
     is_complex = p.mode.complex_numbers
@@ -290,8 +294,8 @@ def _more(problem, plan):
     watched = p.events is not None
     cut = p.nonnegative is not None
 
-    def more(found, memory, grown, t, y):
-        n_dense, n_events = counts(memory)
+    def more(found, memory, numbers, grown, t, y):
+        n_dense, n_events = counts(numbers)
         if dtype is not None:
             t = t.astype(dtype, copy=False)
         if is_complex:
@@ -310,8 +314,8 @@ def _more(problem, plan):
                 took_place = [view(memory, name)[:n_events] for name in OCCURRENCES]
                 times, states = occurrences_of(p, *took_place)
             else:
-                times = [EMPTY.copy() for _ in every]
-                states = [EMPTY.copy() for _ in every]
+                times = [*map(EMPTY.copy, orders)]
+                states = [*map(EMPTY.copy, orders)]
             found["t_events"] = times
             found["y_events"] = states
         if cut:

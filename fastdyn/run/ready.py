@@ -6,14 +6,14 @@ check here may therefore be too strict, but never too weak, and no check has a m
 """
 
 import math
+import struct
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from fastdyn.code_store.call import address_of
-from fastdyn.compile.bind import leave_to_python, numpy_errors_are_heard
-from fastdyn.compile.sentences import GaveUp, WritesToState
+from fastdyn.compile.bind import numpy_errors_are_heard
 from fastdyn.compile.traced.known import N_LEFT
 from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.state.record import BAD_STATE, EVENT, FINISHED
@@ -26,15 +26,11 @@ from .functions.readers import ARRAY, FLOAT, NUMBERS, is_left, reader_of, state_
 from .laid_out import new_memory
 from .loop import announce
 from .memory import MEMORY, Y0
-from .outcome import SUCCESS, TERMINATED, result_of, results
+from .outcome import SUCCESS, TERMINATED, results
 from .stiffness import MANY
 
+WHOLE = {int}
 FEW_WORDS = 2**14  # memory up to this size is used for all solves, and results are copies
-# A ReadyRun is made, in 0.3 ms, after so many solves in a row that went the long way.  The number
-# doubles with each ReadyRun up to MOST_MISSES, and beyond for functions that get no ReadyRun.
-FEWEST_MISSES, MOST_MISSES = 2, 8
-# Solves in Python after which compiled code is looked for again, which takes 0.3 to 0.7 ms.
-FEWEST_IN_PYTHON, MOST_IN_PYTHON = 8, 256
 LOOK_EVERY = 32  # solves after which a faster kernel may take over
 ENDS = {FINISHED: (0, SUCCESS), EVENT: (1, TERMINATED)}  # of plain solves
 
@@ -64,9 +60,6 @@ class ReadyRun:
 
     Attributes
     ----------
-    go : callable
-        ``go(fun, y0, args, events=(), t_span=None, t_eval=None)`` returns the result, or None if
-        the values need the long way.  Without a span, span and times are those of the problem.
     room : ndarray
         The initial state of the next solve.
     span : tuple or None
@@ -76,8 +69,13 @@ class ReadyRun:
         ReadyRun is given up.
     """
 
-    go: Any
-    left: float = math.inf
+    __slots__ = (
+        "_alone", "_at", "_block", "_check", "_finish", "_image", "_kernel", "_launch", "_left",
+        "_limited", "_make", "_n", "_n_left", "_own", "_pack_times", "_read", "_readers",
+        "_result", "_seen", "_sides", "_sizes", "_span", "_step", "_switched", "_t_eval",
+        "_take_state", "_times", "_until_look", "first", "in_python", "left", "problem",
+        "room", "run", "sizes", "span",
+    )  # fmt: skip
 
     def __init__(
         self, run, problem, functions, args, finish, check=None, sizes=None, options=None,
@@ -90,12 +88,17 @@ class ReadyRun:
             (reader_of(run.problem, bound, fun, args), bound.block)
             for bound, fun in zip(run.bounds, functions, strict=True)
         ]
+        self._read, self._block = self._readers[0]
+        self._alone = len(run.bounds) == 1 and run.switching is None
+        self.left = math.inf
         options = options or {}
         self._step, self._limited = options.get("step"), options.get("max_step") is not None
         self.room, self._n = run.problem.y0.copy(), len(run.problem.y0)
         if problem.mode.sensitivities:  # which follow the state, and begin as they are
             self._n = problem.fun.n
         self._image, self._t_eval = run.first_memory()
+        if self._t_eval is not None:
+            self._pack_times = struct.Struct(f"{len(self._t_eval)}d").pack
         self.span: Any = None
         self._span = problem.t0, problem.tf, problem.h, problem.h_max
         self._switched: Any = None  # the key of the switching times that the image has
@@ -107,73 +110,111 @@ class ReadyRun:
         self.lay()
 
     def lay(self):
-        """Make `go` for the present layout of the memory and the present stepping kernel."""
-        run, problem, room = self.run, self.problem, self.room
-        run.problem, run.memory, self._switched = problem, None, None
-        run.make_room()  # as long as the last output
+        """Lay out the next solves, for the present memory and the present stepping kernel."""
+        run = self.run
+        problem = self.problem
+        run.problem = problem
+        run.memory = None
+        self._switched = None
+        run.make_room()  # as long as the last output, in another plan
+        plan = run.plan
         for bound in run.bounds:  # nothing of the user's is kept between solves
             bound.held.take(None, ())
-        plan, tier, compared, (words, launch) = run.plan, run.tier, run.compared, run.words()
+        words, launch = run.words()
         self.first = max(1, min(run.n_first(), MANY - 1))  # longer solves are examined
-        words[plan.at["n_steps"]], advance = self.first, plan.at["kernels.advance"]
-        words[advance], launch[Y0], until_look = tier.address, address_of(room), 1
-        kernel = self._calling_python if self.in_python else plan.launch
-        at, size, bounds = run.launch_at, plan.size, run.bounds
-        n_left, left, seen = -1, compared.left, compared.sides  # -1: this solve may have left one
-        sides = [(memoryview(block), i) for i, block in enumerate(compared.deciding)]
-        is_open, take_state = tier.open, state_writer(room, self._n, self._sizes)
-        (read, block), alone = self._readers[0], len(bounds) == 1 and run.switching is None
-        own = None
-        if not problem.dense_output and size <= FEW_WORDS:
-            own = new_memory(size)
-            launch[MEMORY] = address_of(own)
-        result, check = (self._make or results)(problem, plan, own), self._check
+        words[plan.at["n_steps"]] = self.first
+        words[plan.at["kernels.advance"]] = run.tier.address
+        launch[Y0] = address_of(self.room)
+        self._launch = launch
+        self._at = run.launch_at
+        self._kernel = plan.launch
+        if self.in_python:
+            self._kernel = self._calling_python
+        elif run.tier.open:
+            self._until_look = 1
+            self._kernel = self._counting
+        self._left = run.compared.left
+        self._seen = run.compared.sides
+        self._n_left = -1  # this solve may have left a function to Python
+        self._sides = [(memoryview(block), i) for i, block in enumerate(run.compared.deciding)]
+        self._take_state = state_writer(self.room, self._n, self._sizes)
+        self._own = None
+        if not problem.dense_output and plan.size <= FEW_WORDS:
+            self._own = new_memory(plan.size)
+            launch[MEMORY] = address_of(self._own)
+        self._result = (self._make or results)(problem, plan, self._own)
 
-        def go(fun, y0, args, events=(), t_span=None, t_eval=None):
-            nonlocal is_open, n_left, until_look
-            if numpy_errors_are_heard():
-                return None
-            if t_span is not self.span and not self.take_span(t_span):
-                return None
-            if t_eval is not None and not self.take_times(t_eval):
-                return None
-            if check is not None and not check(self, y0, args, events):
-                return None
-            if N_LEFT[0] != n_left:
-                if is_left(problem, bounds, (fun, *events), args):
-                    return None
-                n_left = N_LEFT[0]
-            if not take_state(y0):
-                return None
-            held = read(fun, args, block) if alone else self._read_all(fun, args, events)
-            if held is None:
-                return None
-            memory = own
-            if memory is None:
-                memory = new_memory(size)
-                launch[MEMORY] = address_of(memory)
-            if left[0] <= 1:  # a comparison is due
-                run.take_snapshots(compared.most_places)
-            until_look -= is_open
-            if until_look:
-                status = kernel(at)
-            else:  # one of LOOK_EVERY solves speaks for all
-                began, until_look = perf_counter(), LOOK_EVERY
-                status = kernel(at)
-                tier.record_time(LOOK_EVERY * (perf_counter() - began))
-                tier.promote()
-                words[advance], is_open = tier.address, tier.open
-            if status == BAD_STATE:
-                return None
-            if status not in ENDS or left[0] <= 1:
-                return self._finish(self, memory, status, fun, args, events)
-            for its_block, i in sides:
-                if its_block[SIDES] & ~seen[i]:
-                    return self._finish(self, memory, status, fun, args, events)
-            left[0] -= 1
-            return result(memory, None, *ENDS[status])
+    def go(self, fun, y0, args, events=(), t_span=None, t_eval=None):
+        """The result of a solve, or None if the values need the long way.
 
-        self.go = go
+        Without a span, span and times are those of the problem.
+        """
+        if numpy_errors_are_heard():
+            return None
+        if t_span is not self.span and not self.take_span(t_span):
+            return None
+        if t_eval is not None and not self.take_times(t_eval):
+            return None
+        if self._check is not None and not self._check(self, y0, args, events):
+            return None
+        if N_LEFT[0] != self._n_left and self._is_left(fun, args, events):
+            return None
+        if not self._take_state(y0):
+            return None
+        held = (
+            self._read(fun, args, self._block) if self._alone else self._read_all(fun, args, events)
+        )
+        if held is None:
+            return None
+        left = self._left
+        if left[0] <= 1:  # a comparison is due
+            self.run.take_snapshots(self.run.compared.most_places)
+        memory = self._own
+        if memory is None:
+            memory = new_memory(self.run.plan.size)
+            self._launch[MEMORY] = address_of(memory)
+        status = self._kernel(self._at)
+        if status == BAD_STATE:
+            return None
+        if left[0] <= 1 or status not in ENDS or (self._sides and self._takes_new_side()):
+            return self._finish(self, memory, status, fun, args, events)
+        left[0] -= 1
+        if status == FINISHED:
+            return self._result(memory)
+        return self._result(memory, None, *ENDS[status])
+
+    def _is_left(self, fun, args, events):
+        """Whether a function is left to Python; looked at after another one was left."""
+        if is_left(self.problem, self.run.bounds, (fun, *events), args):
+            return True
+        self._n_left = N_LEFT[0]
+        return False
+
+    def _takes_new_side(self):
+        """Whether a decision of the last solve took a side for the first time."""
+        seen = self._seen
+        for block, i in self._sides:
+            if block[SIDES] & ~seen[i]:
+                return True
+        return False
+
+    def _counting(self, at):
+        """Start the kernel, which a faster one may replace; one of LOOK_EVERY solves speaks."""
+        run = self.run
+        self._until_look -= 1
+        if self._until_look:
+            return run.plan.launch(at)
+        self._until_look = LOOK_EVERY
+        began = perf_counter()
+        status = run.plan.launch(at)
+        tier = run.tier
+        tier.record_time(LOOK_EVERY * (perf_counter() - began))
+        tier.promote()
+        words, _ = run.words()
+        words[run.plan.at["kernels.advance"]] = tier.address
+        if not tier.open:
+            self._kernel = run.plan.launch
+        return status
 
     def _calling_python(self, at):
         """Start the kernel of functions that run in Python; nothing of the user's is kept."""
@@ -189,11 +230,12 @@ class ReadyRun:
 
     def _read_all(self, fun, args, events) -> Any:
         """The values of all functions, which live until the kernel ends; None as of a reader."""
-        held = []
-        for (read, block), function in zip(self._readers, (fun, *events), strict=True):
+        held = [self._read(fun, args, self._block)]
+        for i, function in enumerate(events, 1):
+            read, block = self._readers[i]
             held.append(read(function, args, block))
-            if held[-1] is None:
-                return None
+        if None in held:
+            return None
         if self.run.switching is not None:
             self._switch(held)
         return held
@@ -252,12 +294,25 @@ class ReadyRun:
 
         Times whose bytes were checked with the present span need no other check.
         """
-        kind, own = t_eval.__class__, self._t_eval
-        if kind is range or (kind in (list, tuple) and NUMBERS.issuperset(map(type, t_eval))):
+        kind = t_eval.__class__
+        own = self._t_eval
+        dtype = self.problem.t_eval.dtype
+        if kind is list or kind is tuple:
+            types = {*map(type, t_eval)}
+            if not types <= NUMBERS:
+                return False
+            if dtype == FLOAT and types != WHOLE and len(t_eval) == len(own):
+                times = self._pack_times(*t_eval)  # in a third of the time of an array
+                if times == self._times:
+                    return True
+                t_eval = np.frombuffer(times)
+            else:
+                t_eval = np.array(t_eval)
+        elif kind is range:
             t_eval = np.array(t_eval)
         elif kind is not ARRAY:
             return False
-        if t_eval.dtype != self.problem.t_eval.dtype or t_eval.shape != own.shape:
+        if t_eval.dtype != dtype or t_eval.shape != own.shape:
             return False
         times = t_eval.tobytes()
         if times != self._times:
@@ -265,7 +320,8 @@ class ReadyRun:
                 output_times(t_eval, *map(float, self.span))
             except ValueError:
                 return False
-            own[:], self._times = t_eval, times
+            own[:] = t_eval
+            self._times = times
         return True
 
     def given(self, fun, args):
@@ -285,100 +341,3 @@ class ReadyRun:
             "t0": t0, "tf": tf, "h": h, "h_max": h_max, "segments": segments,
             "t_eval": None if times is None else times.astype(self.problem.t_eval.dtype),
         }  # fmt: skip
-
-
-class Solver:
-    """Makes solves of one kind on Runs that are ready.
-
-    Attributes
-    ----------
-    problem : validate.Problem
-        The problem of all solves, whose values solves replace.
-    idle : list of ReadyRun
-        The runs that no thread uses.
-    """
-
-    problem: Any
-
-    def __init__(self):
-        self.idle: list[ReadyRun] = []
-        self._misses, self._most, self._is_refused = 0, FEWEST_MISSES, True
-        self._lasts = FEWEST_IN_PYTHON
-
-    def solve(self, fun, y0, args, others=(), t_span=None, t_eval=None):
-        """The result of a solve; None if it needs the long way.
-
-        `others` are the functions that are called between steps.
-        """
-        idle = self.idle
-        try:
-            ready = idle.pop()
-        except IndexError:  # there is none, or other threads have them
-            return None
-        result = ready.go(fun, y0, args, others, t_span, t_eval)
-        if ready.left > 0:
-            idle.append(ready)
-        if self._misses and result is not None:
-            self._misses = 0
-        return result
-
-    def prepare(self, problem):
-        """Prepare a run before the first solve."""
-        self._most = 1
-        self.count(problem)
-
-    def count(self, problem):
-        """Count a solve that went the long way; perhaps prepare a run for more solves like it.
-
-        That is after some such solves in a row, as values of other types may have come to stay, and
-        if other threads have all runs.
-        """
-        self._misses += 1
-        if self._misses >= self._most:
-            self.idle, self._misses = self._for_a_while(self.ready(problem)), 0
-            self._is_refused = not self.idle
-            self._most *= 2 if self._is_refused or self._most < MOST_MISSES else 1
-        elif not (self.idle or self._is_refused):
-            self.idle += self._for_a_while(self.ready(problem))
-
-    def _for_a_while(self, made):
-        """ReadyRuns; those of functions in Python for twice as many solves as the last ones."""
-        for ready in made:
-            if ready.in_python:
-                ready.left = self._lasts
-                self._lasts = min(2 * self._lasts, MOST_IN_PYTHON)
-        return made
-
-    def ready(self, problem) -> list[ReadyRun]:
-        """A ReadyRun for a problem, or none if no solve of the problem is plain."""
-        raise NotImplementedError
-
-    def present(self, ready, fun, args, others):
-        """The problem of the solve that a ReadyRun has begun."""
-        raise NotImplementedError
-
-    def goes_on(self, problem, run):
-        """Called before a solve goes on after its first chunk."""
-
-    def ended(self, problem, run):
-        """Called after such a solve."""
-
-    def finish(self, ready, memory, status, fun, args, others):
-        """The result of a solve after its first chunk of steps; None if the code gave up."""
-        if (run := ready.run).doubts(memory):
-            return None
-        p = self.present(ready, fun, args, others)
-        for bound, function in zip(run.bounds, (fun, *others), strict=True):
-            bound.held.take(function, args)
-        self.goes_on(p, run)
-        try:
-            result = result_of(p, ready.go_on(p, memory, status), run)
-            self.ended(p, run)
-        except WritesToState:  # of a function that has not written before: SciPy solves
-            return None
-        except GaveUp as reason:
-            result = None
-            if not p.mode.sensitivities:  # these are not computed in Python
-                leave_to_python(reason.bound, reason)
-        ready.lay()
-        return result

@@ -18,8 +18,9 @@ from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.problem.events import Event, asked_of, bare, of_own
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.sensitivities import Tolerances, directions_of, with_sensitivities
-from fastdyn.run.ready import ReadyRun, Solver
+from fastdyn.run.ready import ReadyRun
 from fastdyn.run.solve_problem import WORDS, in_time, run_of
+from fastdyn.run.solver import Solver
 from fastdyn.run.stiffness import notice, watch
 
 from .sensitivities import at_events, parted
@@ -35,19 +36,13 @@ def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, ar
         args = ()
     elif args.__class__ is list:
         args = tuple(args)
-    sensitivity = adjoint = None
-    if "sensitivity" in options or "adjoint" in options:
-        options = dict(options)
-        sensitivity = options.pop("sensitivity", None)
-        adjoint = options.pop("adjoint", None)
-        if sensitivity.__class__ is list:  # as `_hashable` does, which comes after an exception
-            sensitivity = (list, *sensitivity)
+    others = ()
+    rest = ()
     try:
-        others = () if events is None else _listed(events)
-        kind = _kind(
-            fun, y0, method, t_eval, dense_output, others, vectorized, args, options,
-            sensitivity, adjoint,
-        )  # fmt: skip
+        if options or t_eval is not None or events is not None or dense_output or vectorized:
+            rest, others = _rest(t_eval, dense_output, events, vectorized, options)
+        code = fun.__code__ if fun.__class__ is FUNCTION else _code(fun)
+        kind = (fun.__class__, id(code), len(y0), method, len(args), *rest)
         try:
             found = _recent.get(kind)
         except TypeError:  # lists and arrays have no hash
@@ -56,10 +51,6 @@ def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, ar
         return None
     if found is None or args.__class__ is not tuple:
         return None
-    if others:
-        if found.asked != [asked_of(event) for event in others]:
-            return None
-        others = [each.function if isinstance(each, Event) else each for each in others]
     return found.solve(fun, y0, args, others, t_span, t_eval)
 
 
@@ -68,8 +59,15 @@ def asked_before(asked, method):
     a = asked
     return solved(
         a.fun, (a.t0, a.tf), a.y0, method, a.t_eval, a.dense_output, a.events, a.vectorized, a.args,
-        {**a.options, "sensitivity": a.sensitivity, "adjoint": a.adjoint},
+        options_of(a),
     )  # fmt: skip
+
+
+def options_of(asked):
+    """The options of Arguments as the caller gave them."""
+    a = asked
+    given = {"sensitivity": a.sensitivity, "adjoint": a.adjoint}
+    return a.options | {name: value for name, value in given.items() if value is not None}
 
 
 def note(asked, method, problem):
@@ -77,12 +75,18 @@ def note(asked, method, problem):
     a = asked
     if not may_come_again(problem, a.options):
         return
+    options = options_of(a)
     try:
-        others = () if a.events is None else _listed(a.events)
-        kind = _hashable(_kind(
-            a.fun, a.y0, method, a.t_eval, a.dense_output, others, a.vectorized, a.args, a.options,
-            a.sensitivity, a.adjoint,
-        ))  # fmt: skip
+        rest = ()
+        if (
+            options
+            or a.t_eval is not None
+            or a.events is not None
+            or a.dense_output
+            or a.vectorized
+        ):
+            rest, _ = _rest(a.t_eval, a.dense_output, a.events, a.vectorized, options)
+        kind = _hashable((a.fun.__class__, id(_code(a.fun)), len(a.y0), method, len(a.args), *rest))
         found = _recent.get(kind)
     except (AttributeError, TypeError):
         return
@@ -97,30 +101,42 @@ def note(asked, method, problem):
     found.count(problem)
 
 
-def _listed(events):
-    """The event functions as a list or tuple; TypeError for what calls again do not take.
+def _rest(t_eval, dense_output, events, vectorized, options):
+    """The part of the key that most calls do not have, and the functions of the events."""
+    watched = None
+    functions = ()
+    if events is not None:
+        watched, functions = _watched(events)
+    rest = (
+        None if t_eval is None else len(t_eval), dense_output, vectorized, watched, *options,
+        *options.values(),
+    )  # fmt: skip
+    return rest, functions
 
-    These are what can be read once, and events that have occurred before the run: their rules are
-    not those of their functions.
+
+def _watched(events):
+    """The key of events, by their code and their rules, and their functions.
+
+    TypeError for what calls again do not take: what can be read once only, and events that have
+    occurred before the run, whose rules are not those of their functions.
     """
+    if events.__class__ is FUNCTION and not events.__dict__:
+        return id(events.__code__), (events,)
     if callable(events) or events.__class__ is Event:
         events = (events,)
     if events.__class__ is not list and events.__class__ is not tuple:
         raise TypeError
+    key = []
+    functions = []
     for event in events:
-        if isinstance(event, Event) and event.has_occurred:
-            raise TypeError
-    return events
-
-
-def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, options, *derivatives):
-    """The key of a call: its functions' code, lengths, and options."""
-    kind = (
-        fun.__class__, id(fun.__code__ if fun.__class__ is FUNCTION else _code(fun)), len(y0),
-        method, None if t_eval is None else len(t_eval), dense_output, vectorized, len(args),
-        others and tuple([id(_code(event)) for event in others]), *derivatives,
-    )  # fmt: skip
-    return (*kind, *options, *options.values()) if options else kind
+        key += id(_code(event)), asked_of(event)
+        if isinstance(event, Event):
+            if event.has_occurred:
+                raise TypeError
+            key.append((event.limit, event.direction, event.wait))
+            event = event.function
+        functions.append(event)
+    return tuple(key), functions
 
 
 def _hashable(kind):
@@ -167,16 +183,12 @@ def may_come_again(problem, options):
 
 
 class Repeated(Solver):
-    """Calls of one kind; `codes` are kept alive, because their ids are in the key.
-
-    `asked` are the attributes of the event functions, which later calls must have, too.
-    """
+    """Calls of one kind; `codes` are kept alive, because their ids are in the key."""
 
     make: Any = None  # in place of `outcome.results`
 
     def __init__(self, problem, options):
         super().__init__()
-        self.asked: list | None = None
         self.codes = [_code(f) for f in (problem.fun, *_functions(problem))]
         self._options = options
 
@@ -186,7 +198,6 @@ class Repeated(Solver):
 
     def _ready(self, problem, run_of, common, check):
         """A ReadyRun for a problem; `common` is the problem without the values of one call."""
-        self.asked = [event.asked for event in problem.events or ()]
         try:
             run = run_of(problem)
         except (GaveUp, Uncompilable):
@@ -273,12 +284,15 @@ class WithSensitivities(Repeated):
         whole = super().solve(fun, y0, args, own, t_span, t_eval)
         if whole is None:
             return None
-        result = parted(whole, len(self.problem.y0), self._directions)
+        found = None
         if others:
             p = self._with_events(others)
             t0, tf = (p.t0, p.tf) if t_span is None else map(float, t_span)
             p = p._replace(fun=fun, t0=t0, tf=tf, y0=np.array(y0, float), args=args)
-            result["event_sensitivity"] = at_events(p, whole, self._directions)
+            found = at_events(p, whole, self._directions)
+        result = parted(whole, len(self.problem.y0), self._directions)
+        if others:
+            result["event_sensitivity"] = found
         return result
 
     def ready(self, problem):
@@ -306,10 +320,10 @@ class WithSensitivities(Repeated):
         try:
             for d in self._directions:
                 value = y0 if d.position == 0 else args[d.position - 1]
-                values = value if d.value.ndim else (value,)
                 if value.__class__ is np.ndarray:
-                    values = value.ravel().tolist()
-                sizes += [1.0 if abs(v) <= 1.0 else abs(v) for v in map(float, values)]
+                    value = value.ravel().tolist()
+                values = value if d.value.ndim else (value,)
+                sizes += [1.0 if -1.0 <= v <= 1.0 else abs(float(v)) for v in values]
         except (TypeError, ValueError, OverflowError):
             return False
         if sizes != ready.sizes:

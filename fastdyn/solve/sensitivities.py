@@ -44,9 +44,10 @@ def solve_with_sensitivities(problem, sensitivity):
             whole = followed(longer, run)
     except (Uncompilable, GaveUp) as reason:
         raise not_differentiable("sensitivity", problem, reason) from None
+    found = at_events(problem, whole, directions) if whole["t_events"] else None
     result = parted(whole, longer.fun.n, directions, _parts(problem))
-    if whole["t_events"]:
-        result["event_sensitivity"] = at_events(problem, whole, directions)
+    if found is not None:
+        result["event_sensitivity"] = found
     return result
 
 
@@ -163,11 +164,11 @@ def _watched(problem, n):
 
 
 def parted(whole, n, directions, parts=1):
-    """The result of the extended state, divided into state and sensitivities by name.
+    """The result of the extended state, now divided into state and sensitivities by name.
 
     The state has `parts` of n components: see `problem.sensitivities.joined`.
     """
-    result = OdeResult(whole)
+    result = whole
     states = whole["y"]
     k = len(whole["t"])
     if k and parts == 1:

@@ -13,7 +13,7 @@ import scipy.integrate
 
 from fastdyn import prepare, solve_ivp
 from fastdyn.integrate import odeint
-from fastdyn.run.ready import MOST_IN_PYTHON
+from fastdyn.run.solver import MOST_IN_PYTHON
 from fastdyn.solve import repeated
 from support.repeated import CALLS, START, assert_same, in_threads, is_plain, plain, warm, was_ready
 

@@ -141,8 +141,8 @@ class Again:
         """As `outcome.results`; the field `vjp` of a result has its memory, until `finished`."""
         make = results(problem, plan, own)
 
-        def made(memory, grown, code, message):
-            result = make(memory, grown, code, message)
+        def made(memory, *end):
+            result = make(memory, *end)
             result["vjp"] = memory, own is not None
             return result
 
