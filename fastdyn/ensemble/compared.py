@@ -73,7 +73,7 @@ def _states(problem, results, i, count):
     times = [float(results.t_end[i])]
     states = [np.array(results.y_end[i])]
     y = results.y_eval[i]  # empty if a store has the states
-    known = min(len(y), int(results.counts[i, 3]))
+    known = min(len(y), int(results.counted()["n_times"][i]))
     for k in np.unique(np.linspace(0, known - 1, count - 1).astype(int)) if known else ():
         if np.isfinite(y[k]).all():
             times.append(float(problem.t_eval[k]))
@@ -88,9 +88,11 @@ def _alone(ensemble, results, i):
     """
     p = ensemble.problem
     members = ensemble.members
-    if not results.counts[i, 0]:
+    counts = results.counted()
+    if not counts["n_accepted"][i]:
         return None
-    most = max(FEWEST, int(results.counts[:, :2].sum()) // SHARE)
+    n_steps = int(counts["n_accepted"].sum() + counts["n_rejected"].sum())
+    most = max(FEWEST, n_steps // SHARE)
     start = members.state(i)
     p = of_member(p, members, i)._replace(y0=start, args=members.args(i), compile="shared")
     p = p._replace(t_eval=np.array([p.tf]), max_steps=int(min(p.max_steps, most)))

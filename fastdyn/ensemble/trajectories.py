@@ -16,6 +16,8 @@ from . import reductions
 from .labels import argument_labels, component_labels, initial_labels
 from .status import CODES, message
 
+OF_STEPS = Counted._fields[:3]  # what lanes and threads count
+
 
 class Trajectories:
     """Many solved trajectories; ``result[i]`` is trajectory i as an OdeResult.
@@ -99,8 +101,9 @@ class Trajectories:
 
     def counted(self):
         """The numbers of steps and evaluations, arrays of shape (M,) by their names."""
-        counts = Counted(*self._results.counts[:, :3].T)
-        found = counted(self._problem.method, counts)
+        counts = self._results.counted()
+        numbers = Counted(*[counts[name] for name in OF_STEPS])
+        found = counted(self._problem.method, numbers)
         return {name: numbers for name, numbers in found.items() if numbers is not None}
 
     def __getattr__(self, name) -> Any:
@@ -266,18 +269,19 @@ class Trajectories:
         if isinstance(i, str):
             raise TypeError(f"trajectories are numbered: ensemble[0][{i!r}], or ensemble.y.")
         i = self._number(i)
-        n = int(self._results.counts[i, 3])
+        counts = self._results.counted()[i]
+        n = int(counts["n_times"])
         if self._problem.t_eval is None:
             t = self.t_end[i : i + 1]
             y = self.y_end[i][:, None]
         else:
             t = self.t[:n]
             y = self.y[i, :, :n]
-        uncounted = None if self._problem.method.n_matrices else 0
-        n_accepted, n_rejected, n_extra = self._results.counts[i, :3].tolist()
-        counts = Counted(n_accepted, n_rejected, n_extra, uncounted, uncounted)
+        of_matrices = None if self._problem.method.n_matrices else 0
+        uncounted = dict.fromkeys(Counted._fields[3:], of_matrices)
+        numbers = {name: int(counts[name]) for name in OF_STEPS}
         return made(
-            self._problem.method, counts, t=t, y=y,
+            self._problem.method, Counted(**numbers, **uncounted), t=t, y=y,
             t_events=self.t_events and [times[i] for times in self.t_events],
             y_events=self.y_events and [states[i] for states in self.y_events],
             status=int(self.status[i]), message=self.message(i),

@@ -26,6 +26,7 @@ from fastdyn.run.stiffness import notice, watch
 from .sensitivities import at_events, parted
 
 FUNCTION = python.FunctionType
+DERIVATIVES = "sensitivity", "adjoint"
 LARGEST, SMALLEST = 2.0**60, 2.0**-60  # sizes of a state
 _recent = memory.Table()  # by the kind of a call
 
@@ -65,9 +66,13 @@ def asked_before(asked, method):
 
 def options_of(asked):
     """The options of Arguments as the caller gave them."""
-    a = asked
-    given = {"sensitivity": a.sensitivity, "adjoint": a.adjoint}
-    return a.options | {name: value for name, value in given.items() if value is not None}
+    return asked.options | _given(asked.sensitivity, asked.adjoint)
+
+
+def _given(*derivatives):
+    """The options of DERIVATIVES that are not None, which stand behind the others in a key."""
+    pairs = zip(DERIVATIVES, derivatives, strict=True)
+    return {name: value for name, value in pairs if value is not None}
 
 
 def note(asked, method, problem):
@@ -105,6 +110,10 @@ def _rest(t_eval, dense_output, events, vectorized, options):
     """The part of the key that most calls do not have, and the functions of the events."""
     watched = None
     functions = ()
+    if "sensitivity" in options or "adjoint" in options:
+        options = dict(options)
+        derivatives = [options.pop(name, None) for name in DERIVATIVES]
+        options |= _given(*derivatives)
     if events is not None:
         watched, functions = _watched(events)
     rest = (

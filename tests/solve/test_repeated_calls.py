@@ -11,7 +11,7 @@ import pytest
 import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.kernels.methods.taylor.accuracy import order_for
-from fastdyn.solve import repeated
+from fastdyn.solve import ivp, repeated
 from support.repeated import CALLS, assert_same, closure, is_plain, plain, warm, was_ready
 
 g = 9.81
@@ -296,3 +296,17 @@ def test_an_array_of_start_and_end_with_sensitivities_and_events():
         run = solve_ivp(decay, span, [1.0], **given)
         moved = run.event_sensitivity[0].t["k"]
         assert np.isclose(moved[0], -np.log(2) / 0.25, rtol=1e-5)
+
+
+@pytest.mark.parametrize("option", ["sensitivity", "adjoint"])
+def test_the_place_of_an_option_among_others_does_not_matter(option, monkeypatch):
+    def never(*given):
+        raise AssertionError
+
+    times = [0.0, 0.5, 1.0]
+    before = {option: "y0", "rtol": 1e-7, "t_eval": times}
+    behind = {"rtol": 1e-7, "t_eval": times, option: "y0"}
+    warm(solve_ivp, pendulum, (0.0, 1.0), START, **before)
+    monkeypatch.setattr(ivp, "checked", never)
+    for given in (before, behind):
+        assert solve_ivp(pendulum, (0.0, 1.0), START, **given).success

@@ -93,8 +93,9 @@ class OfReduced(DaeTrajectories):
         r.t_end[i] = end
         if self._problem.t_eval is not None:
             sign = 1.0 if asked.tf >= asked.t0 else -1.0
-            r.counts[i, 3] = np.sum(sign * self._problem.t_eval <= sign * end)
-            r.y_eval[i, r.counts[i, 3] :] = np.nan
+            n_times = int(np.sum(sign * self._problem.t_eval <= sign * end))
+            r.counted()["n_times"][i] = n_times
+            r.y_eval[i, n_times:] = np.nan
 
     def message(self, i):
         i = range(len(self))[i]
