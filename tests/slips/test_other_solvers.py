@@ -190,6 +190,12 @@ TABLE = {
         ({"rtol": -1}, "`rtol` must not be negative"),
         ({"events": 3}, "`events`"), ({"delays": "x"}, "`delays` must be a sequence of times"),
     ]),
+    "prepare_dde": (fastdyn.delays.prepare_dde, OF_DDE, [
+        ({"fun": None}, "`fun` must be a function of (t, y, past)"),
+        ({"method": "RK45"}, "does not solve delay equations; choose from auto, Tsit5"),
+        ({"history": [np.nan]}, "`history` is not finite at the start"),
+        ({"lags": [1.0]}, "`solve_dde` takes no `lags`"), ({"rtol": -1}, "must not be negative"),
+    ]),
     "solve_sde": (fastdyn.solve_sde, OF_SDE, [
         *SPANS,
         ({"drift": None}, "`drift` must be a function of (t, y); got None"),
