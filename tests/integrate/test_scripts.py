@@ -14,7 +14,7 @@ MANY_STEPS = 50_000
 
 def nearly_exact(func, y0, t, args=(), **given):
     """SciPy's solution with tolerances far below those of the script."""
-    tight = {"rtol": 1e-12, "atol": 1e-12, "mxstep": MANY_STEPS}
+    tight = {"rtol": 1e-10, "atol": 1e-10, "mxstep": MANY_STEPS}
     return scipy.integrate.odeint(func, y0, t, args, **{**given, **tight})
 
 
