@@ -77,7 +77,7 @@ class Worker:
             OUTPUT_RECORD(*first_output(p, False, results.extrema)),
             members.words, members.y0, scheduled, rows_of_segments,
         )  # fmt: skip
-        rows = N_FIELDS + n_events * at_events + len(folds) * at_folds
+        rows = N_FIELDS + 2 * n_events * at_events + len(folds) * at_folds
         lanes = self._lanes = self._new_lanes(p, members, vector, work, rows)
         self._problem, self._progress = p, [(arguments.IDLE, Progress(p, p.t0, 0))] * width
         extended = np.empty((2, n + 1))

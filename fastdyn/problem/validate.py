@@ -14,7 +14,7 @@ import numpy as np
 from fastdyn.compile.mode import Mode
 from fastdyn.compile.sentences import warn
 from fastdyn.kernels.methods import METHODS
-from fastdyn.kernels.methods.method import ON_PAIRS
+from fastdyn.kernels.methods.method import SHARED_METHODS
 from fastdyn.words.kinds import noted, shown, times
 from fastdyn.words.near import did_you_mean
 from fastdyn.words.raised import argument_names, of_odeint
@@ -25,7 +25,6 @@ from .options.names import warn_unused
 from .options.table import CHECKED, UNSET, check_kinds, checked_by_themselves, value_of
 
 IMPLICIT = ("Radau", "BDF", "LSODA")
-SHARED_METHODS = ("RK23", "RK45", "DOP853", *IMPLICIT)  # SciPy has these methods, too
 OTHER_METHODS = {  # names in other packages, and those of families
     "adams": "LSODA", "cash": "RK45", "dop5": "RK45", "dopri5": "RK45", "dopri8": "DOP853",
     "dp5": "RK45", "feagin": "Vern9", "ieuler": "Radau", "leapfrog": "VelocityVerlet",
@@ -294,8 +293,7 @@ def output_times(t_eval, t0, tf):
 
 def _ends_at_switches(asked, method):
     """Whether steps end at switching times: not where they are SciPy's, MATLAB's or constant."""
-    name = method.name.removesuffix(ON_PAIRS)
-    own = name not in SHARED_METHODS or asked.method == "auto"
+    own = method.has_own_results or asked.method == "auto"
     return bool(own and method.error_order and not method.like_matlab)
 
 

@@ -13,6 +13,7 @@ from fastdyn.kernels.state.record import ATOL, RTOL, STATE, K, Y
 from fastdyn.problem.step_options import last_time
 from fastdyn.specialise.scalar import (
     all_roots_kernel,
+    roots_inside_kernel,
     watch_events_kernel,
     watch_kernel,
     watch_plain_kernel,
@@ -82,7 +83,14 @@ def event_table(problem, others, order=None) -> Any:
             row[name] = value
     for row, event in zip(table, events, strict=True):
         row["jump"] = 0 if event.act is None else next(blocks)
-    if problem.method.series and events:
+    if not events:
+        return table
+    method = problem.method
+    table["inside"] = method.looks_inside
+    table[0]["slopes"] = not (method.n_matrices or method.series)
+    table[0]["at_once"] = method.events_at_once
+    table[0]["find"] = roots_inside_kernel().address
+    if method.series:
         table["series"] = series_of_events(problem, others[: len(events)], order)
         if table["series"].any():
             table[0]["find"] = all_roots_kernel().address

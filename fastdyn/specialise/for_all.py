@@ -30,6 +30,7 @@ FOR_ALL = {  # name: function in `kernels`, signature in `specialise`
     "decide": ("output.changes.decide", "signatures_of_changes.DECIDE"),  # about switching times
     "events": ("output.events.open_events", "signatures.OPEN"),
     "all roots": ("output.series_roots.all_roots.find_all", "signatures.FIND"),  # of a step
+    "roots inside": ("output.series_roots.inside.find_inside", "signatures.FIND"),
     "open survey": ("output.invariants.open_survey", "signatures.OPEN_SURVEY"),
     "survey": ("output.invariants.survey", "signatures.SURVEYING"),
     "already": ("ensemble.watched.already", "signatures.ADVANCE"),

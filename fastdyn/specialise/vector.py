@@ -51,16 +51,22 @@ def _accumulate(*given):
     return False
 
 
-def _in_turn(one, functions, row):
+def _in_turn(one, functions, row, n_rows=1):
     """The function that `lanes.adaptive` calls after a step; None without functions.
 
-    The function calls `one` for each of `functions`, with the rows from `row` on, and returns the
-    "or" of the results.
+    The function calls `one` for each of `functions`, with the rows from `row` on, `n_rows` for
+    each, and returns the "or" of the results.
     """
     together = None
-    for i, function in enumerate(functions, row):
-        together = _with_another(together, one, function, i)
+    for i, function in enumerate(functions):
+        together = _with_another(together, one, function, row + n_rows * i)
     return together
+
+
+def _watched(functions, inside):
+    """The function that tells in which lanes an event may have occurred; None without functions."""
+    crossed = events_and_folds.crossed_inside if inside else events_and_folds.crossed
+    return _in_turn(crossed, functions, N_FIELDS, 2)
 
 
 def _with_another(before, one, function, row):
@@ -134,6 +140,9 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
     if n > MAX_VECTORS:
         raise Uncompilable(f"{n} components are more than {MAX_VECTORS}")
     events, folds = between
+    inside = METHODS[name].looks_inside
+    if events and inside and mass is not None:
+        raise Uncompilable("slopes of equations with a mass matrix are not those of the state")
     functions = [(fun, mode, n // 2 if mode.second_order else n)]
     functions += [(event, EVENT, n) for event in events]
     functions += [(fold, EVENT, n + 1) for fold in folds]
@@ -148,7 +157,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
         derived = forms[0].jacobian(METHODS[name].by_time)
         _check_elimination(derived[0], n, mass)
     keys = [form.key for form in forms]
-    key = f"lanes {name} {n} {width()} {extrema} {len(events)} {mass} {keys}"
+    key = f"lanes {name} {n} {width()} {extrema} {len(events)} {inside} {mass} {keys}"
     sizes = [form.n_words for form in forms]
     compiled = _kernels.get(key)
     if compiled is None:
@@ -168,9 +177,8 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
                 named(s, form.n_results) for s, form in zip(symbols, forms, strict=True)
             ]
             numbers = [number(f, sum(sizes[: i + 1])) for i, f in enumerate(others)]
-            row = N_FIELDS + len(events)
-            watched = _in_turn(events_and_folds.crossed, numbers[: len(events)], N_FIELDS)
-            accumulated = _in_turn(_accumulate, numbers[len(events) :], row)
+            watched = _watched(numbers[: len(events)], inside)
+            accumulated = _in_turn(_accumulate, numbers[len(events) :], N_FIELDS + 2 * len(events))
             given = [extrema or None, watched, accumulated]
             if derived is not None:
                 given.append(_derivatives(derived[0], mass))

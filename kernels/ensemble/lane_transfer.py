@@ -4,6 +4,7 @@ import numpy as np
 
 from ..calls.user_function import words_at
 from ..jit.options import INTERNAL, njit
+from ..output.events import FADES
 from ..output.extrema import MAX, MIN
 from ..state.lane_fields import (
     ACCEPTED,
@@ -53,8 +54,9 @@ def to_lane(w, lanes, single, folded, lane, stop):
     work = single.work
     if w.watches:
         for i in range(len(events)):
-            fields[row + i, lane] = events[i].g
-        row += len(events)
+            fields[row + 2 * i, lane] = events[i].g
+            fields[row + 2 * i + 1, lane] = events[i].bend
+        row += 2 * len(events)
     if w.accumulates:
         for i in range(len(folded)):
             fields[row + i, lane] = folded[i]
@@ -77,6 +79,11 @@ def from_lane(w, lanes, single, folded, lane):
     s = lanes.states[lane]
     work = single.work
     width = fields.shape[1]
+    if w.watches:
+        events = lanes.events[lane]
+        for i in range(len(events)):  # `look` lets the value of the last step fade once more
+            if events[i].inside != 0:
+                events[i].bend = fields[N_FIELDS + 2 * i + 1, lane] / FADES
     if w.accumulates:
         for i in range(len(folded)):
             folded[i] = fields[len(fields) - len(folded) + i, lane]

@@ -98,7 +98,8 @@ def adaptive(
         Whether to return to the scheduler when a step may contain a new maximum or minimum of a
         component.  The last two rows of `work` hold the extrema so far.
     watched : None or function
-        ``watched(form, t, y, ok, block, lanes)``: the lanes in which an event may have occurred.
+        ``watched(form, at, at_new, ok, block, lanes)``: the lanes in which an event may have
+        occurred.  `at` and `at_new` are the time, the state and the slope at both ends of the step.
     accumulated : None or function
         ``accumulated(form, t, y, on, block, lanes)`` updates the folds with the state in the lanes
         that go on.  The scheduler updates the folds of the other lanes.
@@ -162,7 +163,9 @@ def adaptive(
                     live & ok & turning(t_new - t, y, y_new, k_last, k[fsal_stage], tops, lows)
                 )
             if watched is not None:
-                hand_back = hand_back | (live & watched(form, t_new, y_new, ok, block, lanes))
+                at = (t, y, k_last)
+                at_new = (t_new, y_new, k[fsal_stage])
+                hand_back = hand_back | (live & watched(form, at, at_new, ok, block, lanes))
             if accumulated is not None:
                 accumulated(form, t_new, y_new, ok & ~hand_back, block, lanes)
             t_old, y_old = t, y
@@ -223,7 +226,9 @@ def fixed(step, fsal_stage, compensation_stage, rhs, form, extrema, watched, acc
                     live & ok & turning(h, y, y_new, k_last, k[fsal_stage], tops, lows)
                 )
             if watched is not None:
-                hand_back = hand_back | (live & watched(form, t_new, y_new, ok, block, lanes))
+                at = (t, y, k_last)
+                at_new = (t_new, y_new, k[fsal_stage])
+                hand_back = hand_back | (live & watched(form, at, at_new, ok, block, lanes))
             if accumulated is not None:
                 accumulated(form, t_new, y_new, ok & ~hand_back, block, lanes)
             t_old = t

@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..output.arguments import MOST_ROOTS, SLOPE
+from ..output.arguments import MOST_INSIDE, MOST_ROOTS, SLOPE
 
+SHARED_METHODS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")  # SciPy has these, too
 ON_PAIRS = " on complex states"  # suffix of the name of a method for complex states
 
 
@@ -125,7 +126,19 @@ class Facts(NamedTuple):
     @property
     def events_at_once(self):
         """The largest number of occurrences of an event in a step."""
-        return MOST_ROOTS if self.series else 1
+        if self.series:
+            return MOST_ROOTS
+        return 1 if self.like_matlab else MOST_INSIDE
+
+    @property
+    def has_own_results(self):
+        """True if the results are fastdyn's own, not those of SciPy's method of the name."""
+        return self.name.removesuffix(ON_PAIRS) not in SHARED_METHODS
+
+    @property
+    def looks_inside(self):
+        """True if two occurrences of an event within a step count."""
+        return self.has_own_results and not self.like_matlab
 
     @property
     def is_pair(self):

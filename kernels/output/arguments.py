@@ -92,6 +92,8 @@ class Output(NamedTuple):
 
 MOST_TERMS = 34  # most coefficients of the series of an event
 MOST_ROOTS = 256  # most roots of the series of one event in a step
+PARTS = 8  # of a step, at whose borders an event function is evaluated
+MOST_INSIDE = 2 * PARTS  # most occurrences of an event in a step, by its signs
 
 # One record for each event function.
 EVENTS = np.dtype(
@@ -102,7 +104,11 @@ EVENTS = np.dtype(
         (
             "find",
             "i8",
-        ),  # in the first record: address of `find_all` if any event has a series, or 0
+        ),  # in the first record: address of `find_all` or `find_inside`
+        ("at_once", "i8"),  # in the first record: most occurrences of an event in a step
+        ("inside", "i8"),  # whether occurrences between the ends of a step count
+        ("slopes", "i8"),  # in the first record: whether rows K and K + fsal_stage are slopes
+        ("bend", "f8"),  # the largest second difference in a step of late, see `may_turn`
         ("g", "f8"),  # value at the last step
         ("g_new", "f8"),
         ("size", "f8"),  # change of the event function in this step, or the sum of its series

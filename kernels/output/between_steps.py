@@ -28,7 +28,7 @@ from ..state.record import (
 )
 from ..state.rows import copy_row
 from ..state.snapshots import take_snapshot, until_next
-from .arguments import MOST_ROOTS, WHOLE
+from .arguments import WHOLE
 from .borders import (
     BEYOND,
     CHANGED,
@@ -42,7 +42,7 @@ from .borders import (
     settle,
 )
 from .dense_output import interpolate, polynomial, polynomials
-from .events import ENDLESS, FAILED, find_events
+from .events import BUSY, ENDLESS, FAILED, look
 from .jumps import jump
 from .projection import project_row, project_state
 from .schedules import act_on_schedule, arrive
@@ -133,7 +133,7 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
                 if kept == BEYOND:
                     return BORDER
             elif kernels.project != 0:
-                by_series = len(events.table) > 0 and events.table[0].find != 0
+                by_series = len(events.table) > 0 and o.ends != 0
                 if not project_state(kernels, solve, scratch[0], by_series):
                     return RAISED
             jumped = len(output.changes) > 0 and jumps_over(s, o, output)
@@ -174,8 +174,8 @@ def _is_full(o, output, events):
     full = stored or o.n_dense == len(output.d)
     if events is not None:
         n = len(events.table)
-        if n > 0 and events.table[0].find != 0:
-            n *= MOST_ROOTS
+        if n > 0:
+            n *= events.table[0].at_once
         n += len(events.schedules)
         full = full or o.n_events + n > len(events.t)
     return full
@@ -203,9 +203,8 @@ def _sample(kernels, solve, output, events, acts, scratch, status):
     if events is not None:
         if len(events.table) > 0:
             given, find = (kernels, solve, output, events, scratch), events.table[0].find
-            if find == 0:
-                cut = find_events(*given, t, reached, ready, d, acts)
-            else:
+            cut = look(*given, t, reached, ready, d, acts)
+            if cut == BUSY:
                 cut = invoke(find, (*given, t, int(reached), int(ready), d))
             if cut == FAILED:
                 return RAISED

@@ -22,6 +22,7 @@ from ...calls.calling_convention import invoke
 from ...jit.options import INTERNAL, njit
 from ...state.rows import rows_on_stack, slot
 from ..arguments import MOST_ROOTS, MOST_TERMS
+from ..brent import value
 from ..dense_output import interpolate, polynomial
 from ..events import (
     FAILED,
@@ -31,8 +32,9 @@ from ..events import (
     accept,
     changes_sign,
     evaluate_end,
+    may_turn,
     note,
-    root_in,
+    second_difference,
     settle,
 )
 from ..meetings import (
@@ -43,6 +45,7 @@ from ..meetings import (
 )
 from ..segments import first_time
 from .bernstein import WIDTH
+from .inside import note_inside
 from .polynomial_roots import GIVEN, PLACES, ROWS, TURNS, polynomial_roots
 from .roots_in_parts import agrees, roots_in_parts
 
@@ -51,7 +54,7 @@ CONVERGED = 1e-9  # largest remainder of a series that is used, as a share of it
 
 @njit(**INTERNAL)
 def find_all(kernels, solve, output, events, scratch, t, reached, ready, d):
-    """Record the events of a step up to t, each as often as it occurs; results as `find_events`."""
+    """Record the events of a step up to t, each as often as it occurs; results as `find_inside`."""
     s = solve.state[0]
     o = output.record[0]
     table = events.table
@@ -114,8 +117,8 @@ def _note_series(solve, o, events, t_from, t, meets, scratch):
         if e.series != 0:
             n, first = _roots(e, solve, t, room, kept, scratch)
         if n < 0:
-            e.size, e.active = abs(e.g_new - e.g), changes_sign(e)
-            by_sign = by_sign or e.active != 0
+            e.active = 1
+            by_sign = True
         elif e.g == 0.0 and s.n_accepted == 1 and _is_wanted(e, first, True):
             end = note(o, events, i, t_from, t, s.t_old, meets, end)
         for j in range(n):
@@ -181,11 +184,15 @@ def _is_wanted(e, turn, begins):
 
 @njit(**INTERNAL)
 def _note_others(s, o, events, d, t_from, t, meets, end, scratch):
-    """Note the events without a series whose sign has changed; return the new end of the notes."""
+    """Note the events without a series by their signs; return the new end of the notes."""
+    middle = 0.5 * (s.t_old + t)
+    h = s.t - s.t_old
     for i in range(len(events.table)):
         e = events.table[i]
         if e.active:
             e.active = 0
-            root = root_in(e, d, t_from, t, s.t_old, s.t - s.t_old, scratch)
-            end = note(o, events, i, root, t, s.t_old, meets, end)
+            g = value(e.block, d, s.t_old, h, middle, scratch[0], scratch[1])
+            bend = second_difference(e.g, g, e.g_new)
+            if may_turn(e.g, g, e.g_new, bend) or changes_sign(e):
+                end = note_inside(s, o, events, i, d, t_from, t, meets, end, scratch)
     return end

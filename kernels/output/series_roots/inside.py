@@ -1,0 +1,224 @@
+"""Events of a step by signs inside the step: two crossings between its ends are found, too.
+
+A function that has one sign at both ends of a step may cross zero twice between them.  If the
+parabola through its values at both ends and in the middle comes near zero (`look`), the function is
+evaluated on the interpolant, at PARTS - 1 points inside the step and where the values turn towards
+zero between them: each change of sign is an occurrence.
+
+Methods whose results are SciPy's or MATLAB's keep their occurrences, at most one a step.
+"""
+
+import numpy as np
+
+from ...calls.user_function import raised
+from ...jit.options import INTERNAL, njit
+from ...state.rows import rows_on_stack
+from ..arguments import PARTS
+from ..brent import crossing, value
+from ..dense_output import interpolate
+from ..events import (
+    FAILED,
+    NONE,
+    accept,
+    changes_sign,
+    evaluate_end,
+    find_active,
+    find_turning,
+    note,
+    root_in,
+    settle,
+)
+from ..meetings import MET, NEVER, RAISES, distance_to_meet, has_rate, meet_schedule
+from ..segments import first_time
+
+TURNS = 8  # most evaluations in search of one turning point
+CLOSE = 1e-3  # distance of two estimates of a turning point, in parts, that ends the search
+POINTS = 2 * PARTS  # most points in a step
+TIME, VALUE, WIDTH = 0, 1, 32  # rows of the points, and their length
+
+
+@njit(**INTERNAL)
+def find_inside(kernels, solve, output, events, scratch, t, reached, ready, d):
+    """Record the events that `look` has marked, up to t.
+
+    Returns the event that ends the step, NONE, FAILED or ENDLESS.
+    """
+    s = solve.state[0]
+    o = output.record[0]
+    table = events.table
+    if o.ends != 0:  # a series, at which `look` has not looked
+        if not evaluate_end(solve, events, scratch, t, reached, d):
+            return FAILED
+        if not ready:
+            interpolate(kernels, solve, d)
+            ready = 1
+        find_active(table)
+        find_turning(kernels, solve, table, t, 0, 1, d, scratch)
+    t_from = first_time(s, o, output.segments)
+    meets = distance_to_meet(s, output.segments, events.schedules, t)
+    if meets != NEVER:
+        by_rate = has_rate(o, reached)
+        if not ready and not by_rate:
+            interpolate(kernels, solve, d)
+            ready = 1
+        met = meet_schedule(kernels, solve, table, d, t, s.direction * meets, by_rate, scratch)
+        if met == RAISES:
+            return FAILED
+    n_active = 0
+    for i in range(len(table)):
+        n_active += table[i].active != 0
+    if n_active == 0:
+        accept(table)
+        return NONE
+    if not ready:
+        interpolate(kernels, solve, d)
+    end = o.n_events
+    for i in range(len(table)):
+        e = table[i]
+        if e.active == MET:
+            e.active = 0
+            e.size = abs(e.g_new - e.g)
+            end = note(o, events, i, t, t, s.t_old, meets, end)
+        elif e.active:
+            end = note_inside(s, o, events, i, d, t_from, t, meets, end, scratch)
+            if raised(e.block):
+                return FAILED
+    return settle(kernels, solve, output, events, scratch, t, d, end, meets, 1)
+
+
+@njit(**INTERNAL)
+def note_inside(s, o, events, i, d, t_from, t, meets, end, scratch):
+    """Note the occurrences of event i in a step; return the new end of the notes."""
+    e = events.table[i]
+    h = s.t - s.t_old
+    e.active = 0
+    e.size = abs(e.g_new - e.g)
+    points = rows_on_stack(2, WIDTH)
+    n = 0
+    changes = 0
+    if e.inside != 0:
+        n = _points(e, d, t_from, t, s.t_old, h, points, scratch)
+        changes = _changes(points, n)
+    if changes <= 1:
+        if changes_sign(e):
+            root = root_in(e, d, t_from, t, s.t_old, h, scratch)
+            end = note(o, events, i, root, t, s.t_old, meets, end)
+        return end
+    side = 0.0
+    at = 0
+    for k in range(n):
+        g = points[VALUE, k]
+        turn = np.sign(g)
+        if not abs(g) > 0.0 and not (k == n - 1 and g == 0.0):
+            continue
+        if turn == 0.0:  # zero at the end of the step
+            turn = -side
+        if turn * side < 0.0:
+            if e.direction == 0.0 or turn * e.direction > 0.0:
+                begin = points[TIME, at]
+                stop = points[TIME, k]
+                if at == 0:
+                    root = root_in(e, d, begin, stop, s.t_old, h, scratch)
+                else:
+                    root = crossing(e.block, d, begin, stop, s.t_old, h, scratch[0], scratch[1])
+                end = note(o, events, i, root, t, s.t_old, meets, end)
+        elif side == 0.0 and k > 0:  # zero at the start of the step
+            if turn * e.direction > 0.0 or (e.direction == 0.0 and e.jump == 0):
+                end = note(o, events, i, t_from, t, s.t_old, meets, end)
+        side = turn
+        at = k
+    return end
+
+
+@njit(**INTERNAL)
+def _points(e, d, t_from, t, t_old, h, points, scratch):
+    """Times and values of an event function in a step, in the order of the times; their number."""
+    y = scratch[0]
+    out = scratch[1]
+    part = (t - t_from) / PARTS
+    points[TIME, 0] = t_from
+    points[VALUE, 0] = e.g
+    points[TIME, PARTS] = t
+    points[VALUE, PARTS] = e.g_new
+    for k in range(1, PARTS):
+        points[TIME, k] = t_from + k * part
+        points[VALUE, k] = value(e.block, d, t_old, h, points[TIME, k], y, out)
+    n = PARTS + 1
+    k = 1
+    while k < n - 1 and n < POINTS:
+        found = _turn(e, d, t_old, h, points, k, y, out)
+        if found == found:
+            after = k if abs(found - t_from) < abs(points[TIME, k] - t_from) else k + 1
+            for j in range(n, after, -1):
+                points[TIME, j] = points[TIME, j - 1]
+                points[VALUE, j] = points[VALUE, j - 1]
+            points[TIME, after] = found
+            points[VALUE, after] = -np.sign(points[VALUE, k if after > k else k + 1])
+            n += 1
+            k += 2
+        k += 1
+    return n
+
+
+@njit(**INTERNAL)
+def _turn(e, d, t_old, h, points, k, y, out):
+    """A time between points k - 1 and k + 1 at which a function has the other sign; NaN if none.
+
+    The three values have one sign; parabolas through three points lead to the least size between.
+    """
+    a = points[TIME, k - 1]
+    b = points[TIME, k]
+    c = points[TIME, k + 1]
+    sign = np.sign(points[VALUE, k])
+    if points[VALUE, k - 1] * sign < 0.0 or not points[VALUE, k + 1] * sign > 0.0:
+        return np.nan
+    ga = abs(points[VALUE, k - 1])
+    gb = abs(points[VALUE, k])
+    gc = abs(points[VALUE, k + 1])
+    bend = ga - 2.0 * gb + gc
+    inside = abs(gc - ga) < 2.0 * bend and gb - (gc - ga) ** 2 / (8.0 * bend) < bend
+    if not inside:
+        return np.nan
+    whole = abs(c - a)
+    for _ in range(TURNS):
+        left = (b - a) * (gb - gc)
+        right = (b - c) * (gb - ga)
+        if left == right:
+            break
+        x = b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right)
+        if not min(a, c) < x < max(a, c) or abs(x - b) < CLOSE * whole:
+            break
+        g = sign * value(e.block, d, t_old, h, x, y, out)
+        if g < 0.0:
+            return x
+        between = (x - a) * (x - b) < 0.0
+        if g < gb:
+            if between:
+                c = b
+                gc = gb
+            else:
+                a = b
+                ga = gb
+            b = x
+            gb = g
+        elif between:
+            a = x
+            ga = g
+        else:
+            c = x
+            gc = g
+    return np.nan
+
+
+@njit(**INTERNAL)
+def _changes(points, n):
+    """The number of changes of sign between points, without those at zeros."""
+    side = 0.0
+    changes = 0
+    for k in range(n):
+        g = points[VALUE, k]
+        if abs(g) > 0.0:
+            if g * side < 0.0:
+                changes += 1
+            side = np.sign(g)
+    return changes
