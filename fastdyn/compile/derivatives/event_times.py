@@ -12,6 +12,7 @@ from fastdyn.trace.reads.reads import flat
 
 from ..mode import EVENT
 from ..traced.make import traced_function
+from .crossings import crossing_number
 from .sensitivities import slots_of
 
 
@@ -32,7 +33,7 @@ def time_derivatives(event, args, near, directions, occurrences):
         Times (k,), states (n, k), their rates f (n, k), S before the event (n, m, k).
     """
     t, y, rate, s = occurrences
-    found = slopes(event, args, EVENT, near, directions, t, y)
+    found = slopes(event, args, EVENT, near, directions, t, y, rate)
     if found is None:
         return None
     (by_input,) = found
@@ -48,11 +49,12 @@ def time_derivatives(event, args, near, directions, occurrences):
         return -moved / crossing
 
 
-def slopes(fun, args, mode, near, directions, t, y):
+def slopes(fun, args, mode, near, directions, t, y, rate=None):
     """The derivatives of each result at k times and states (n, k), as a dict by the inputs.
 
     The inputs are "t", ("y", component) and ("parameter", direction); the values have shape (k,),
-    and zeros are left out.  None if the function cannot be traced or differentiated.
+    and zeros are left out.  None if the function cannot be traced or differentiated.  With
+    the `rate` of the state, those of an event function are those of its `crossing_number`.
     """
     positions = tuple(sorted({j for j in directions if j}))
     found = traced_function(fun, args, mode, len(near.y0), near, positions)
@@ -62,25 +64,34 @@ def slopes(fun, args, mode, near, directions, t, y):
     groups = tuple([at[j - 1] if j else None for j in directions])
     try:
         rows = function.derived(
-            ("gradient", groups), lambda: _gradient(function.traced, groups, len(near.y0))
+            ("gradient", groups, rate is None),
+            lambda: _gradient(function.traced, groups, len(near.y0), rate is not None),
         )
     except Untraceable:
         return None
     graph = function.traced.trace.graph
     numbers = flat([value for _, value in values])
     nodes = [node for row in rows for node in row.values()]
+    y = y if rate is None else np.concatenate([y, rate])
     each = iter(evaluate(graph, nodes, t, y, numbers)[0])
     return [{name: next(each) for name in row} for row in rows]
 
 
-def _gradient(traced, groups, n):
-    """The nodes of the derivatives of each result of a function, by the inputs of `slopes`."""
+def _gradient(traced, groups, n, crosses):
+    """The nodes of the derivatives of each result of a function, by the inputs of `slopes`.
+
+    Of an event that `crosses`, behind the state stands its rate.
+    """
     graph = traced.trace.graph
+    results = traced.stored
+    if crosses:
+        rates = [graph.make("y", (), n + i) for i in range(n)]
+        results = [crossing_number(graph, results[0], rates)]
     inputs = {"t": graph.make("t"), **{("y", i): graph.make("y", (), i) for i in range(n)}}
     slots = [slot for group in groups for slot in slots_of(traced.trace.reads, group, n)]
     for j, slot in enumerate(slots):
         if slot is not None:
             inputs["parameter", j] = graph.make("par", (), slot)
     names = list(inputs)
-    found = partials(graph, traced.stored, list(inputs.values()))
+    found = partials(graph, results, list(inputs.values()))
     return [{names[i]: node for i, node in row.items()} for row in found]

@@ -30,6 +30,7 @@ from ..python_callback import Held
 from ..traced.known import why
 from ..traced.make import Near, traced_function
 from .columns import Columns
+from .crossings import crossing_number
 from .past import outputs_of_past
 
 MOST_STRAIGHT = 16  # numbers, up to which kernels inline the function
@@ -233,6 +234,8 @@ def _outputs(graph, stored, columns, n, located):
     """
     m = len(columns)
     g = graph
+    if located:
+        stored = [*stored[:-1], crossing_number(g, stored[-1], stored[n : 2 * n])]
     found, places, by_time = _partials(g, stored, columns, n, located)
     state = [[g.make("y", (), n + i * m + j) for j in range(m)] for i in range(n)]
 

@@ -18,6 +18,7 @@ from ..callables import Uncompilable
 from ..mode import DERIVATIVE, VJP
 from ..traced.known import why
 from ..traced.make import Near, traced_function
+from .crossings import crossing_number
 from .sensitivities import slots_of
 from .vjp import NOT_TRACED, Product, frozen
 
@@ -78,7 +79,8 @@ def _transposed(base, groups, n, scheduled, passive):
         behind = stored[2 * n : 3 * n]
         *by, by_time = pullback(g, stored[:n], k, [*inputs, time])
     if not scheduled:
-        *slope, drift = pullback(g, stored[-1:], [g.const(1.0)], [*inputs, time])
+        crossed = [crossing_number(g, stored[-1], rate)]
+        *slope, drift = pullback(g, crossed, [g.const(1.0)], [*inputs, time])
         total = [by_time, g.make("y", (), size + n), *_products(g, by, rate)]
         total += [g.neg(each) for each in _products(g, k, behind)]
         crossing = g.sum([drift, *_products(g, slope, rate)])
