@@ -8,7 +8,14 @@ import numpy as np
 from fastdyn.code_store.call import address_of
 from fastdyn.compile.derivatives.jacobian_block import exact_block
 from fastdyn.kernels.methods.taylor.accuracy import order_for
-from fastdyn.kernels.output.arguments import EVENTS, OUTPUT, SCHEDULES
+from fastdyn.kernels.output.arguments import (
+    EVENTS,
+    INTERPOLATED,
+    OUTPUT,
+    SCHEDULES,
+    SERIES,
+    SLOPES,
+)
 from fastdyn.kernels.state.record import ATOL, RTOL, STATE, K, Y
 from fastdyn.problem.step_options import last_time
 from fastdyn.specialise.scalar import (
@@ -87,13 +94,14 @@ def event_table(problem, others, order=None) -> Any:
         return table
     method = problem.method
     table["inside"] = method.looks_inside
-    table[0]["slopes"] = not (method.n_matrices or method.series)
+    table[0]["middle"] = INTERPOLATED if method.n_matrices or method.series else SLOPES
     table[0]["at_once"] = method.events_at_once
     table[0]["find"] = roots_inside_kernel().address
     if method.series:
         table["series"] = series_of_events(problem, others[: len(events)], order)
         if table["series"].any():
             table[0]["find"] = all_roots_kernel().address
+            table[0]["middle"] = SERIES
     return table
 
 

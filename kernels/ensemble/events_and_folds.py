@@ -1,7 +1,7 @@
 """Events and folds on vectors of trajectories."""
 
 from ..jit.options import INLINED, njit
-from ..output.events import FADES, may_turn, second_difference
+from ..output.series_roots.look import FADES, may_turn, second_difference
 from ..state.elementwise import apply
 from ..vector.scalar_or_vector import select
 from .lanes import field, leave

@@ -4,8 +4,8 @@ import numpy as np
 
 from ..calls.user_function import words_at
 from ..jit.options import INTERNAL, njit
-from ..output.events import FADES
 from ..output.extrema import MAX, MIN
+from ..output.series_roots.look import FADES
 from ..state.lane_fields import (
     ACCEPTED,
     ERROR,

@@ -163,9 +163,8 @@ def adaptive(
                     live & ok & turning(t_new - t, y, y_new, k_last, k[fsal_stage], tops, lows)
                 )
             if watched is not None:
-                at = (t, y, k_last)
-                at_new = (t_new, y_new, k[fsal_stage])
-                hand_back = hand_back | (live & watched(form, at, at_new, ok, block, lanes))
+                both = (t, y, k_last), (t_new, y_new, k[fsal_stage])
+                hand_back = hand_back | (live & watched(form, *both, ok, block, lanes))
             if accumulated is not None:
                 accumulated(form, t_new, y_new, ok & ~hand_back, block, lanes)
             t_old, y_old = t, y
@@ -226,9 +225,8 @@ def fixed(step, fsal_stage, compensation_stage, rhs, form, extrema, watched, acc
                     live & ok & turning(h, y, y_new, k_last, k[fsal_stage], tops, lows)
                 )
             if watched is not None:
-                at = (t, y, k_last)
-                at_new = (t_new, y_new, k[fsal_stage])
-                hand_back = hand_back | (live & watched(form, at, at_new, ok, block, lanes))
+                both = (t, y, k_last), (t_new, y_new, k[fsal_stage])
+                hand_back = hand_back | (live & watched(form, *both, ok, block, lanes))
             if accumulated is not None:
                 accumulated(form, t_new, y_new, ok & ~hand_back, block, lanes)
             t_old = t

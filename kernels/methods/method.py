@@ -126,9 +126,7 @@ class Facts(NamedTuple):
     @property
     def events_at_once(self):
         """The largest number of occurrences of an event in a step."""
-        if self.series:
-            return MOST_ROOTS
-        return 1 if self.like_matlab else MOST_INSIDE
+        return MOST_INSIDE if not self.series else MOST_ROOTS + 1  # one at a breakpoint
 
     @property
     def has_own_results(self):

@@ -95,6 +95,10 @@ MOST_ROOTS = 256  # most roots of the series of one event in a step
 PARTS = 8  # of a step, at whose borders an event function is evaluated
 MOST_INSIDE = 2 * PARTS  # most occurrences of an event in a step, by its signs
 
+# What tells an event function between the ends of a step: the interpolant; the slopes at both ends,
+# rows K and K + fsal_stage; a series of any event.
+INTERPOLATED, SLOPES, SERIES = range(3)
+
 # One record for each event function.
 EVENTS = np.dtype(
     [
@@ -107,7 +111,7 @@ EVENTS = np.dtype(
         ),  # in the first record: address of `find_all` or `find_inside`
         ("at_once", "i8"),  # in the first record: most occurrences of an event in a step
         ("inside", "i8"),  # whether occurrences between the ends of a step count
-        ("slopes", "i8"),  # in the first record: whether rows K and K + fsal_stage are slopes
+        ("middle", "i8"),  # in the first record: INTERPOLATED, SLOPES or SERIES
         ("bend", "f8"),  # the largest second difference in a step of late, see `may_turn`
         ("g", "f8"),  # value at the last step
         ("g_new", "f8"),

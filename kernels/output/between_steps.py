@@ -12,7 +12,7 @@ a step with events takes three quarters (RK45, two components).
 """
 
 from ..calls.calling_convention import invoke
-from ..jit.options import INTERNAL, njit
+from ..jit.options import INLINED, INTERNAL, njit
 from ..state.record import (
     BORDER,
     EVENT,
@@ -28,7 +28,7 @@ from ..state.record import (
 )
 from ..state.rows import copy_row
 from ..state.snapshots import take_snapshot, until_next
-from .arguments import WHOLE
+from .arguments import SERIES, WHOLE
 from .borders import (
     BEYOND,
     CHANGED,
@@ -42,11 +42,19 @@ from .borders import (
     settle,
 )
 from .dense_output import interpolate, polynomial, polynomials
-from .events import BUSY, ENDLESS, FAILED, look
+from .events import ENDLESS, FAILED
 from .jumps import jump
 from .projection import project_row, project_state
 from .schedules import act_on_schedule, arrive
-from .segments import end_of_span, ends_segment, jumps_over, next_segment, time_reached
+from .segments import (
+    end_of_span,
+    ends_segment,
+    is_border,
+    jumps_over,
+    next_segment,
+    time_reached,
+)
+from .series_roots.look import BUSY, look
 
 
 @njit(**INTERNAL)
@@ -133,7 +141,7 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
                 if kept == BEYOND:
                     return BORDER
             elif kernels.project != 0:
-                by_series = len(events.table) > 0 and o.ends != 0
+                by_series = len(events.table) > 0 and events.table[0].middle == SERIES
                 if not project_state(kernels, solve, scratch[0], by_series):
                     return RAISED
             jumped = len(output.changes) > 0 and jumps_over(s, o, output)
@@ -202,10 +210,7 @@ def _sample(kernels, solve, output, events, acts, scratch, status):
         t_row, at_end = s.t, True
     if events is not None:
         if len(events.table) > 0:
-            given, find = (kernels, solve, output, events, scratch), events.table[0].find
-            cut = look(*given, t, reached, ready, d, acts)
-            if cut == BUSY:
-                cut = invoke(find, (*given, t, int(reached), int(ready), d))
+            cut = _find(kernels, solve, output, events, acts, scratch, t, reached, ready, d)
             if cut == FAILED:
                 return RAISED
             if cut == ENDLESS:
@@ -246,8 +251,22 @@ def _sample(kernels, solve, output, events, acts, scratch, status):
                     return RUNNING
                 return arrive(kernels, solve, output, events, scratch, d, t, t_old, h)
             if o.i_segment < len(output.segments) - 1:
-                return next_segment(kernels, solve, output, events, scratch[0])
+                return next_segment(kernels, solve, output)
     return status
+
+
+@njit(**INLINED)
+def _find(kernels, solve, output, events, acts, scratch, t, reached, ready, d):
+    """Record the events of a step up to t; results as `find_inside`."""
+    s = solve.state[0]
+    given = (kernels, solve, output, events, scratch)
+    if acts is not None:
+        if is_border(s, output.record[0], output.segments):  # before the breakpoint t
+            t = s.t
+    cut = look(*given, t, reached, ready, d, acts)
+    if cut == BUSY:
+        cut = invoke(events.table[0].find, (*given, t, int(reached), int(ready), d))
+    return cut
 
 
 @njit(**INTERNAL)

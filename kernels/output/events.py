@@ -1,6 +1,6 @@
 """Events: the sign changes of event functions, and which of them count.
 
-`look` evaluates the events at the end of each step, and in the middle.  Where an event may occur,
+Where `look` of `series_roots/` finds that an event may occur, at the end of a step or within,
 its zeros are noted, by signs or by the series of the event function, in `series_roots/`; `settle`
 counts the notes in the order of their times, up to the event that ends the step.  A rule which
 occurrences count stands in `changes_sign` (and `_is_wanted` of the series, `note_inside` of signs
@@ -10,18 +10,17 @@ asks for the number.
 
 import numpy as np
 
-from ..calls.block import MASS, RAISED_WORD
-from ..calls.user_function import evaluate, words_at
+from ..calls.block import MASS
+from ..calls.consistent import made_consistent
+from ..calls.user_function import evaluate
 from ..jit.options import INLINED, INTERNAL, njit
-from ..state.record import RAISED, RUNNING, Y_OLD, K, Y
+from ..state.record import RAISED, RUNNING, Y
 from ..state.rows import copy_row
 from .brent import crossing, crossing_from_zero, resolution
-from .dense_output import interpolate, polynomial
+from .dense_output import polynomial
 from .meetings import (
     APART,
-    NEVER,
     ROUNDING,
-    distance_to_meet,
     near,
     note_meeting,
 )
@@ -33,17 +32,11 @@ PLAIN, LEAVES, TOUCHES = range(3)
 PENDING = 2
 
 NONE, FAILED, ENDLESS = -1, -2, -3  # no event; a function raised; events accumulate at one time
-BUSY = -4  # an event may have occurred
 MOST_REPEATS = 1000
 JUMP = 1e-6  # share of the event function's size at which its value at a root is no rounding
 # The same for roots by signs, which are less precise: a ball that comes to rest has 228 impacts
 # with a share of 1e-6; with 1e-2 it has 274 and more, as by energy.
 JUMP_OF_SIGNS = 1e-2
-# Share of the second difference within which a function comes near zero.  A sine of a period a step
-# is a fifth of it away from the parabola; with 0.5 instead of 0.75, and without FADES, 18 of 241
-# steps with two crossings of random functions were lost, up to 0.28 of a step apart.
-SHARE = 0.75
-FADES = 0.5  # share of an earlier step's second difference; a power of 2, see `from_lane`
 SIGN = 1e-300  # value of an event function of which only the sign is known
 
 
@@ -323,6 +316,42 @@ def _count_met(events, first, n, cut):
     return n
 
 
+@njit(**INTERNAL)
+def note_border(solve, output, events, scratch, meets, end):
+    """Note the events whose functions cross zero at the breakpoint at which a step ends.
+
+    The functions may jump there: g_new becomes the value behind.  Notes that cannot be told from
+    the breakpoint are at the breakpoint.  Returns the new end of the notes, or FAILED.
+    """
+    o = output.record[0]
+    t = output.segments[o.i_segment, 2]
+    behind = output.segments[o.i_segment + 1, 0]
+    y = scratch[0]
+    copy_row(solve.work[Y], y)
+    if solve.block[MASS] != 0 and not made_consistent(solve.block[MASS], behind, y):
+        return FAILED
+    noted = end
+    for k in range(o.n_events, noted):
+        if abs(events.t[k] - t) <= max(meets, abs(behind - t)):
+            events.t[k] = t
+    for i in range(len(events.table)):
+        e = events.table[i]
+        if not evaluate(e.block, behind, y, scratch[1]):
+            return FAILED
+        change = scratch[1, 0] - e.g_new
+        crosses = e.g_new < 0.0 < scratch[1, 0] or e.g_new > 0.0 > scratch[1, 0]
+        crosses = crosses and change * e.direction >= 0.0
+        for k in range(o.n_events, noted):
+            crosses = crosses and not (events.index[k] == i and events.t[k] == t)
+        if crosses:
+            e.size = max(e.size, abs(change))
+            events.index[end] = i
+            events.t[end] = t
+            end += 1
+        e.g_new = scratch[1, 0]
+    return end
+
+
 @njit(**INLINED)
 def evaluate_end(solve, events, scratch, t, reached, d):
     """Evaluate g_new of each event at the end of a step; False if a function raised."""
@@ -332,92 +361,3 @@ def evaluate_end(solve, events, scratch, t, reached, d):
     else:
         polynomial(d, (t - s.t_old) / (s.t - s.t_old), scratch[0])
     return evaluate_all(events.table, t, scratch[0], scratch[1])
-
-
-@njit(**INLINED)
-def look(kernels, solve, output, events, scratch, t, reached, ready, d, acts):
-    """Evaluate the events at the end t of a step, and in the middle; mark those that may occur.
-
-    `acts` is None for a solve without schedules, jumps, projection and breakpoints.  Returns BUSY
-    if an event may occur, else NONE, with the next step begun; or FAILED.
-    """
-    s = solve.state[0]
-    o = output.record[0]
-    table = events.table
-    if o.ends != 0:  # a series: the kernel at the address `find` looks at all coefficients
-        return BUSY
-    if not evaluate_end(solve, events, scratch, t, reached, d):
-        return FAILED
-    n_active = find_active(table)
-    if table[0].inside != 0:
-        n_active += find_turning(kernels, solve, table, t, reached, ready, d, scratch)
-    if acts is not None:
-        if len(events.schedules) > 0:
-            if distance_to_meet(s, output.segments, events.schedules, t) != NEVER:
-                return BUSY
-    if n_active > 0:
-        return BUSY
-    accept(table)
-    return NONE
-
-
-@njit(**INTERNAL)
-def find_turning(kernels, solve, table, t, reached, ready, d, scratch):
-    """Mark the events that may have changed their sign twice in a step up to t; their number.
-
-    The slopes at both ends tell the state in the middle, if the method stores them.
-    """
-    s = solve.state[0]
-    work = solve.work
-    y = scratch[0]
-    n = 0
-    t_middle = 0.5 * (s.t_old + t)
-    if reached and table[0].slopes != 0 and solve.block[MASS] == 0:
-        eighth = 0.125 * (s.t - s.t_old)
-        last = K + kernels.fsal_stage
-        for i in range(len(y)):
-            y[i] = 0.5 * (work[Y_OLD, i] + work[Y, i]) + eighth * (work[K, i] - work[last, i])
-    else:
-        if not ready:
-            interpolate(kernels, solve, d)
-        polynomial(d, (t_middle - s.t_old) / (s.t - s.t_old), y)
-    for i in range(len(table)):
-        e = table[i]
-        marked = e.active
-        if not evaluate(e.block, t_middle, y, scratch[1]):
-            words_at(e.block)[RAISED_WORD] = 0  # the state is an estimate: the interpolant decides
-            e.active = 1
-        elif _turns(e, scratch[1, 0]):
-            e.active = 1
-        n += e.active - marked
-    return n
-
-
-@njit(**INLINED)
-def _turns(e, middle):
-    """Whether an event may have changed its sign twice; note the second difference."""
-    e.bend = max(second_difference(e.g, middle, e.g_new), FADES * e.bend)
-    return may_turn(e.g, middle, e.g_new, e.bend)
-
-
-@njit(**INLINED)
-def second_difference(before, middle, after):
-    """The size of the second difference of three values."""
-    return abs(before - 2.0 * middle + after)
-
-
-@njit(**INLINED)
-def may_turn(before, middle, after, bend):
-    """Whether a function with three values in a step may change its sign twice in the step.
-
-    The parabola through the values comes near zero, compared with `bend`, the largest second
-    difference of late.  For numbers, and for lanes of vectors.
-    """
-    one_side = ((before > 0.0) & (middle > 0.0) & (after > 0.0)) | (
-        (before < 0.0) & (middle < 0.0) & (after < 0.0)
-    )
-    begins, turns, ends, near = abs(before), abs(middle), abs(after), SHARE * bend
-    own = begins - 2.0 * turns + ends
-    rise = ends - begins
-    inside = (abs(rise) < 2.0 * own) & (8.0 * own * (turns - near) <= rise * rise)
-    return ~one_side | inside | (begins <= near) | (turns <= near) | (ends <= near)

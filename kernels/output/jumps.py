@@ -131,7 +131,7 @@ def begin(kernels, solve, output, events, scratch, t):
                 return FINISHED
             status = derive(solve, kernels.fsal_stage)
             if status == RUNNING:
-                status = next_segment(kernels, solve, output, events, scratch[0])
+                status = next_segment(kernels, solve, output)
             if status != RUNNING:
                 return status
     for i in range(K, work.shape[0]):

@@ -9,7 +9,7 @@ from ..jit.options import INTERNAL, njit
 from ..state.record import K, Y
 from .brent import resolution
 from .dense_output import polynomial
-from .segments import end_of_span
+from .segments import end_of_span, is_border
 
 APART = 16  # least distance of two occurrences of one event, in uncertainties of the root
 ROUNDING = 1e-10  # share of the change of an event function that cannot be told from zero
@@ -25,8 +25,13 @@ def near(t):
 
 
 @njit(**INTERNAL)
-def distance_to_meet(s, segments, schedules, t):
-    """The distance from t within which events occur at t: NEVER if no schedule acts at t."""
+def distance_to_meet(s, o, segments, schedules, t):
+    """The distance from t within which events occur at t: NEVER if no schedule acts at t.
+
+    At a breakpoint, t is the end of the step before.
+    """
+    if is_border(s, o, segments):
+        t = segments[o.i_segment, 2]
     for i in range(len(schedules)):
         if schedules[i].t_next == t and t != end_of_span(s, segments):
             return near(t)
@@ -72,14 +77,13 @@ def meet_schedule(kernels, solve, events, d, t, ahead, by_rate, scratch):
         polynomial(d, (t + ahead - s.t_old) / (s.t - s.t_old), y)
     for i in range(len(events)):
         e = events[i]
-        if e.active == 0:
-            found = crosses_behind(e, t + ahead, y, scratch[1])
-            if found == RAISES:
-                return RAISES
-            if found == 1:
-                e.active = MET
-                e.root = t
-                n += 1
+        found = crosses_behind(e, t + ahead, y, scratch[1])
+        if found == RAISES:
+            return RAISES
+        if found == 1:
+            e.active = MET
+            e.root = t
+            n += 1
     return n
 
 

@@ -2,7 +2,6 @@
 
 from ..calls.block import MASS
 from ..calls.consistent import made_consistent
-from ..calls.user_function import evaluate
 from ..jit.options import INTERNAL, njit
 from ..state.record import RAISED, K, Y
 from ..state.rows import slot
@@ -31,11 +30,9 @@ def time_reached(s, o, segments, over):
 
 
 @njit(**INTERNAL)
-def first_time(s, o, segments):
-    """The time at which a step begins to look for events: after a breakpoint, the breakpoint."""
-    if o.i_segment > 0 and s.t_old == segments[o.i_segment, 0]:
-        return segments[o.i_segment - 1, 2]
-    return s.t_old
+def is_border(s, o, segments):
+    """True if the last step ends at a breakpoint, before which and behind which t differs."""
+    return o.i_segment + 1 < len(segments) and s.t == segments[o.i_segment, 1]
 
 
 @njit(**INTERNAL)
@@ -46,19 +43,7 @@ def _extrapolate(work, fsal_stage, gap):
 
 
 @njit(**INTERNAL)
-def _leave_zero(events, t, y, scratch):
-    """At the start of a segment, evaluate anew the event functions that are exactly zero."""
-    for i in range(len(events)):
-        e = events[i]
-        if e.g == 0.0:
-            if not evaluate(e.block, t, y, scratch):
-                return False
-            e.g = scratch[0]
-    return True
-
-
-@njit(**INTERNAL)
-def next_segment(kernels, solve, output, events, scratch):
+def next_segment(kernels, solve, output):
     """Start the next segment, where algebraic components may jump; returns RUNNING or RAISED."""
     s = solve.state[0]
     o = output.record[0]
@@ -77,8 +62,6 @@ def next_segment(kernels, solve, output, events, scratch):
     status = derive(solve, fsal_stage)
     if mass == 0:
         _extrapolate(solve.work, fsal_stage, gap)
-    if not _leave_zero(events.table, s.t, solve.work[Y], scratch):
-        return RAISED
     return status
 
 

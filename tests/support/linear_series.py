@@ -14,7 +14,7 @@ from fastdyn import code_store
 from fastdyn.kernels.jit.options import INTERNAL, njit
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods.method import Facts, method
-from fastdyn.kernels.output.arguments import MOST_ROOTS
+from fastdyn.kernels.output.arguments import MOST_ROOTS, SERIES
 from fastdyn.kernels.state.record import FINISHED, RUNNING, Y_OLD, K, Y
 from fastdyn.kernels.state.rows import slot
 from fastdyn.kernels.stepping.first_step import plain
@@ -102,6 +102,7 @@ def install(monkeypatch):
                 continue
             row["series"] = getattr(event.function, "series", 0)
             row["find"] = all_roots_kernel().address
+            row["middle"] = SERIES
         return table
 
     monkeypatch.setattr(laid_out, "event_table", event_table)

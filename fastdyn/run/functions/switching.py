@@ -16,6 +16,7 @@ from fastdyn.compile.sentences import warn
 from fastdyn.kernels.calls.block import FAULT, FIRST
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.kernels.state.record import Y
+from fastdyn.problem.events import between_steps
 from fastdyn.problem.step_options import last_time, segments_of_members, segments_of_span
 from fastdyn.trace.reads.reads import flat
 
@@ -58,9 +59,11 @@ def switching_of(problem, bound, others=(), python_between=False):
             parts.append((place, each, switches_of(each, held)))
     if p.differentiated and not n_pair:
         hidden.append((0, bound, switches_of(bound, (), p.differentiated)))
-    if p.method.error_order:  # constant steps end nowhere else
-        for place, each in enumerate(others[: len(p.events or ())], 1 + n_pair):
+    for place, each in enumerate(others[: len(p.events or ())], 1 + n_pair):
+        if p.method.error_order:
             hidden.append((place, each, switches_of(each, held)))
+        elif each.function is not None and _place_told(each, p.method) not in _notes_of(each):
+            parts.append((place, each, switches_of(each, held)))  # constant steps end nowhere else
     parts, hidden = (
         [Timed(*each, sharp) for each in listed if each[2] is not None]
         for listed, sharp in ((parts, not ends), (hidden, False))
@@ -104,7 +107,10 @@ class Switching:
         self._bound = bound
         self._method = p.method
         self._asked = p.segments
-        self.changes, self.looks = NO_TIMES, np.array(p.method.looks)
+        self.changes = NO_TIMES
+        n_own = max(1, len(bound.pair))
+        events = any(each.place >= n_own for each in parts)  # seen at the ends of steps alone
+        self.looks = NO_TIMES if events else np.array(p.method.looks)
         self.decides = True  # whether those of the changes that steps look at are left out
         self._last: Any = None
         self.held = sorted({i for each in (*parts, *hidden) for i in each.switches.held})
@@ -205,15 +211,18 @@ class Switching:
 
     def tell(self, record):
         """Warn, once a function and method, if a step jumped over changes; see `Output`."""
-        bound = self._bound
         i = int(record["jumped"][0])
+        if not i:
+            return
+        a, b = self.changes[i - 1 : i + 1].tolist()
+        found = zip(self.parts, self._last[2], strict=True)
+        bound = next(each.bound for each, times in found if a in times.t)
         place = _place_told(bound, self._method)
         notes = _notes_of(bound)
-        if not i or place in notes:
+        if place in notes:
             return
         notes[place] = True
         fun = bound.held.fun
-        a, b = self.changes[i - 1 : i + 1].tolist()
         shorter = f"step={abs(b - a):.2g}"
         if self._method.error_order:
             shorter = f"breakpoints=` or `max_{shorter}"
@@ -227,13 +236,10 @@ class Switching:
 
     # -- ensembles
 
-    def varying(self, members, bound):
-        """The values that vary between members, by slot, if the times depend on any.
-
-        `bound` is the equations' as bound for the members.
-        """
+    def _varying(self, members, part):
+        """The values that vary between members, by slot, if the times of a Timed depend on any."""
         found = {}
-        (part,) = self.parts
+        bound = part.bound
         groups = bound.function.traced.trace.reads.groups
         switches = part.switches
         for j, column in members.varying.items():
@@ -243,21 +249,24 @@ class Switching:
             found |= {slot: members.y0[:, i].astype(float) for i, slot in switches.held.items()}
         return {k: v for k, v in found.items() if any(k in slots for slots in switches.slots)}
 
-    def segments_of_all(self, problem, members, bound):
+    def segments_of_all(self, problem, members):
         """The problem of an ensemble, its segments, and the first row of each member's.
 
         A member alone has the same.
         """
         p = problem
-        varying = self.varying(members, bound)
-        count = members.count if varying else 1
-        switches = self.parts[0].switches
-        values = switches.values(flat(bound.given), members.y0[0])
-        found = switches.times(values, p.t0, p.tf, count, varying)
-        member = found.member
-        times = found.t
-        if found.end != p.tf and len(times) > 1:
-            apart = np.diff(times)[np.diff(member) == 0]
+        every = [*(self.parts if self.ends else ()), *self.hidden]
+        varying = [self._varying(members, each) for each in every]
+        count = members.count if any(varying) else 1
+        found = []
+        for each, own in zip(every, varying, strict=True):
+            values = each.switches.values(flat(each.bound.given), members.y0[0])
+            found.append(each.switches.times(values, p.t0, p.tf, count, own))
+        member = np.concatenate([each.member for each in found])
+        times = np.concatenate([each.t for each in found])
+        if any(each.end != p.tf for each in found) and len(times) > 1:
+            order = np.lexsort((times, member))
+            apart = np.diff(times[order])[np.diff(member[order]) == 0]
             p = p._replace(h_max=min(p.h_max, float(apart.min(initial=math.inf))))
         if len(p.segments):
             asked = p.segments[:-1, 2]
@@ -293,7 +302,13 @@ def _joined(times):
 
 def switching_of_members(problem, members, bound):
     """(problem, (segments, first rows) or None) of an ensemble whose function is bound."""
-    switching = switching_of(problem, bound) if members.count else None
-    if switching is None or not (switching.ends and switching.parts):
+    if not members.count:
         return problem, None
-    return switching.segments_of_all(problem, members, bound)
+    n = len(problem.y0)
+    near = members.near(problem, n)
+    watched = between_steps(problem)[: len(problem.events or ())]
+    others = [members.bind(function, mode, n, near)[0] for function, mode in watched]
+    switching = switching_of(problem, bound, others)
+    if switching is None or not (switching.hidden or (switching.ends and switching.parts)):
+        return problem, None
+    return switching.segments_of_all(problem, members)

@@ -1,1 +1,1 @@
-"""The roots of event functions along a step, by polynomials."""
+"""The roots of event functions along a step: by signs, by polynomials."""

@@ -32,9 +32,8 @@ from ..events import (
     accept,
     changes_sign,
     evaluate_end,
-    may_turn,
     note,
-    second_difference,
+    note_border,
     settle,
 )
 from ..meetings import (
@@ -43,9 +42,10 @@ from ..meetings import (
     crosses_behind,
     distance_to_meet,
 )
-from ..segments import first_time
+from ..segments import is_border
 from .bernstein import WIDTH
 from .inside import note_inside
+from .look import may_turn, second_difference
 from .polynomial_roots import GIVEN, PLACES, ROWS, TURNS, polynomial_roots
 from .roots_in_parts import agrees, roots_in_parts
 
@@ -61,20 +61,25 @@ def find_all(kernels, solve, output, events, scratch, t, reached, ready, d):
     first = o.n_events
     if not evaluate_end(solve, events, scratch, t, reached, d):
         return FAILED
-    t_from = first_time(s, o, output.segments)
-    meets = distance_to_meet(s, output.segments, events.schedules, t)
-    end, by_sign = _note_series(solve, o, events, t_from, t, meets, scratch)
-    if end == first and not by_sign and meets == NEVER:
+    at_border = is_border(s, o, output.segments)
+    meets = distance_to_meet(s, o, output.segments, events.schedules, t)
+    end, by_sign = _note_series(solve, o, events, t, meets, scratch)
+    if end == first and not (by_sign or at_border) and meets == NEVER:
         accept(table)
         return NONE
     if not ready:
         interpolate(kernels, solve, d)
     if by_sign:
-        end = _note_others(s, o, events, d, t_from, t, meets, end, scratch)
+        end = _note_others(s, o, events, d, t, meets, end, scratch)
     if meets != NEVER:
         end = _note_met(s, events, d, t, meets, first, end, scratch)
         if end == RAISES:
             return FAILED
+    if at_border:
+        end = note_border(solve, output, events, scratch, meets, end)
+        if end == FAILED:
+            return FAILED
+        t = output.segments[o.i_segment, 2]
     return settle(kernels, solve, output, events, scratch, t, d, end, meets, 1)
 
 
@@ -102,7 +107,7 @@ def _note_met(s, events, d, t, meets, first, end, scratch):
 
 
 @njit(**INTERNAL)
-def _note_series(solve, o, events, t_from, t, meets, scratch):
+def _note_series(solve, o, events, t, meets, scratch):
     """Note the roots of all series; return the end of the notes, and whether other events act."""
     s = solve.state[0]
     room = rows_on_stack(ROWS, WIDTH)
@@ -120,11 +125,11 @@ def _note_series(solve, o, events, t_from, t, meets, scratch):
             e.active = 1
             by_sign = True
         elif e.g == 0.0 and s.n_accepted == 1 and _is_wanted(e, first, True):
-            end = note(o, events, i, t_from, t, s.t_old, meets, end)
+            end = note(o, events, i, s.t_old, t, s.t_old, meets, end)
         for j in range(n):
             if _is_wanted(e, kept[1, j], False):
                 x = kept[0, j]
-                root = t_from if x == 0.0 else t if x == 1.0 else s.t_old + x * (t - s.t_old)
+                root = s.t_old if x == 0.0 else t if x == 1.0 else s.t_old + x * (t - s.t_old)
                 end = note(o, events, i, root, t, s.t_old, meets, end)
     return end, by_sign
 
@@ -183,7 +188,7 @@ def _is_wanted(e, turn, begins):
 
 
 @njit(**INTERNAL)
-def _note_others(s, o, events, d, t_from, t, meets, end, scratch):
+def _note_others(s, o, events, d, t, meets, end, scratch):
     """Note the events without a series by their signs; return the new end of the notes."""
     middle = 0.5 * (s.t_old + t)
     h = s.t - s.t_old
@@ -194,5 +199,5 @@ def _note_others(s, o, events, d, t_from, t, meets, end, scratch):
             g = value(e.block, d, s.t_old, h, middle, scratch[0], scratch[1])
             bend = second_difference(e.g, g, e.g_new)
             if may_turn(e.g, g, e.g_new, bend) or changes_sign(e):
-                end = note_inside(s, o, events, i, d, t_from, t, meets, end, scratch)
+                end = note_inside(s, o, events, i, d, t, meets, end, scratch)
     return end

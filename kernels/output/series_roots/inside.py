@@ -21,15 +21,13 @@ from ..events import (
     NONE,
     accept,
     changes_sign,
-    evaluate_end,
-    find_active,
-    find_turning,
     note,
+    note_border,
     root_in,
     settle,
 )
 from ..meetings import MET, NEVER, RAISES, distance_to_meet, has_rate, meet_schedule
-from ..segments import first_time
+from ..segments import is_border
 
 TURNS = 8  # most evaluations in search of one turning point
 CLOSE = 1e-3  # distance of two estimates of a turning point, in parts, that ends the search
@@ -46,16 +44,7 @@ def find_inside(kernels, solve, output, events, scratch, t, reached, ready, d):
     s = solve.state[0]
     o = output.record[0]
     table = events.table
-    if o.ends != 0:  # a series, at which `look` has not looked
-        if not evaluate_end(solve, events, scratch, t, reached, d):
-            return FAILED
-        if not ready:
-            interpolate(kernels, solve, d)
-            ready = 1
-        find_active(table)
-        find_turning(kernels, solve, table, t, 0, 1, d, scratch)
-    t_from = first_time(s, o, output.segments)
-    meets = distance_to_meet(s, output.segments, events.schedules, t)
+    meets = distance_to_meet(s, o, output.segments, events.schedules, t)
     if meets != NEVER:
         by_rate = has_rate(o, reached)
         if not ready and not by_rate:
@@ -64,10 +53,12 @@ def find_inside(kernels, solve, output, events, scratch, t, reached, ready, d):
         met = meet_schedule(kernels, solve, table, d, t, s.direction * meets, by_rate, scratch)
         if met == RAISES:
             return FAILED
+    at_border = is_border(s, o, output.segments)
     n_active = 0
     for i in range(len(table)):
+        table[i].size = 0.0
         n_active += table[i].active != 0
-    if n_active == 0:
+    if n_active == 0 and not at_border:
         accept(table)
         return NONE
     if not ready:
@@ -75,19 +66,25 @@ def find_inside(kernels, solve, output, events, scratch, t, reached, ready, d):
     end = o.n_events
     for i in range(len(table)):
         e = table[i]
-        if e.active == MET:
-            e.active = 0
-            e.size = abs(e.g_new - e.g)
-            end = note(o, events, i, t, t, s.t_old, meets, end)
-        elif e.active:
-            end = note_inside(s, o, events, i, d, t_from, t, meets, end, scratch)
+        met = e.active == MET
+        if e.active and (e.inside != 0 or not met):
+            end = note_inside(s, o, events, i, d, t, meets, end, scratch)
             if raised(e.block):
                 return FAILED
+        if met:
+            e.active = 0
+            e.size = max(e.size, abs(e.g_new - e.g))
+            end = note(o, events, i, t, t, s.t_old, meets, end)
+    if at_border:
+        end = note_border(solve, output, events, scratch, meets, end)
+        if end == FAILED:
+            return FAILED
+        t = output.segments[o.i_segment, 2]
     return settle(kernels, solve, output, events, scratch, t, d, end, meets, 1)
 
 
 @njit(**INTERNAL)
-def note_inside(s, o, events, i, d, t_from, t, meets, end, scratch):
+def note_inside(s, o, events, i, d, t, meets, end, scratch):
     """Note the occurrences of event i in a step; return the new end of the notes."""
     e = events.table[i]
     h = s.t - s.t_old
@@ -97,11 +94,11 @@ def note_inside(s, o, events, i, d, t_from, t, meets, end, scratch):
     n = 0
     changes = 0
     if e.inside != 0:
-        n = _points(e, d, t_from, t, s.t_old, h, points, scratch)
+        n = _points(e, d, t, s.t_old, h, points, scratch)
         changes = _changes(points, n)
     if changes <= 1:
         if changes_sign(e):
-            root = root_in(e, d, t_from, t, s.t_old, h, scratch)
+            root = root_in(e, d, s.t_old, t, s.t_old, h, scratch)
             end = note(o, events, i, root, t, s.t_old, meets, end)
         return end
     side = 0.0
@@ -124,31 +121,32 @@ def note_inside(s, o, events, i, d, t_from, t, meets, end, scratch):
                 end = note(o, events, i, root, t, s.t_old, meets, end)
         elif side == 0.0 and k > 0:  # zero at the start of the step
             if turn * e.direction > 0.0 or (e.direction == 0.0 and e.jump == 0):
-                end = note(o, events, i, t_from, t, s.t_old, meets, end)
+                end = note(o, events, i, s.t_old, t, s.t_old, meets, end)
         side = turn
         at = k
     return end
 
 
 @njit(**INTERNAL)
-def _points(e, d, t_from, t, t_old, h, points, scratch):
+def _points(e, d, t, t_old, h, points, scratch):
     """Times and values of an event function in a step, in the order of the times; their number."""
     y = scratch[0]
     out = scratch[1]
-    part = (t - t_from) / PARTS
-    points[TIME, 0] = t_from
+    part = (t - t_old) / PARTS
+    points[TIME, 0] = t_old
     points[VALUE, 0] = e.g
     points[TIME, PARTS] = t
     points[VALUE, PARTS] = e.g_new
     for k in range(1, PARTS):
-        points[TIME, k] = t_from + k * part
+        points[TIME, k] = t_old + k * part
         points[VALUE, k] = value(e.block, d, t_old, h, points[TIME, k], y, out)
+        e.size = max(e.size, abs(points[VALUE, k] - e.g))
     n = PARTS + 1
     k = 1
     while k < n - 1 and n < POINTS:
         found = _turn(e, d, t_old, h, points, k, y, out)
         if found == found:
-            after = k if abs(found - t_from) < abs(points[TIME, k] - t_from) else k + 1
+            after = k if abs(found - t_old) < abs(points[TIME, k] - t_old) else k + 1
             for j in range(n, after, -1):
                 points[TIME, j] = points[TIME, j - 1]
                 points[VALUE, j] = points[VALUE, j - 1]
