@@ -94,6 +94,7 @@ def event_table(problem, others, order=None) -> Any:
         return table
     method = problem.method
     table["inside"] = method.looks_inside
+    table["unit"] = unit_of_times(problem, problem.t0, problem.tf)
     table[0]["middle"] = INTERPOLATED if method.n_matrices or method.series else SLOPES
     table[0]["at_once"] = method.events_at_once
     table[0]["find"] = roots_inside_kernel().address
@@ -103,6 +104,12 @@ def event_table(problem, others, order=None) -> Any:
             table[0]["find"] = all_roots_kernel().address
             table[0]["middle"] = SERIES
     return table
+
+
+def unit_of_times(problem, t0, tf):
+    """The `unit` of EVENTS for a span."""
+    as_scipy = not (problem.method.has_own_results or problem.acts)
+    return 1.0 if as_scipy else min(1.0, abs(tf - t0))
 
 
 def schedule_table(problem, others) -> Any:

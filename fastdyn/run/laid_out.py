@@ -27,6 +27,7 @@ from .begin import (
     jacobian_of,
     schedule_table,
     shape_of,
+    unit_of_times,
     watch_of,
 )
 from .functions.bound import raise_kept, type_of_time
@@ -142,7 +143,7 @@ class LaidOut(PythonBetween):
         if tolerances is None or self._tolerances != tolerances:
             self._tolerances = tolerances
             fill_tolerances(self._image, self.plan, p)
-        rules = p.events and [event.rules for event in p.events]
+        rules = p.events and [unit_of_times(p, p.t0, p.tf), *[e.rules for e in p.events]]
         if rules and (self._rules != rules or p.method.series):
             self._rules = rules
             self.plan.view(self._image, "events.table")[:] = event_table(p, self._between)

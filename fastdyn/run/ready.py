@@ -20,7 +20,7 @@ from fastdyn.kernels.state.record import BAD_STATE, EVENT, FINISHED
 from fastdyn.problem.step_options import LATEST, fixed_step
 from fastdyn.problem.validate import output_times
 
-from .begin import fill_atol, fill_span
+from .begin import fill_atol, fill_span, unit_of_times
 from .functions.interruptible import Interruptible
 from .functions.readers import ARRAY, FLOAT, NUMBERS, is_left, reader_of, state_writer
 from .laid_out import new_memory
@@ -285,6 +285,9 @@ class ReadyRun:
         elif h_max < 10 * math.ulp(max(abs(t0), abs(tf))):  # the run might never end
             return False
         fill_span(self._image, t0, tf, h, h_max, p.segments)
+        if p.events:
+            table = self.run.plan.view(self._image, "events.table")
+            table["unit"] = unit_of_times(p, t0, tf)
         self.span, self._times, self._span = t_span, b"", (float(t0), float(tf), h, h_max)
         self._switched = None
         return True

@@ -112,6 +112,7 @@ EVENTS = np.dtype(
         ("at_once", "i8"),  # in the first record: most occurrences of an event in a step
         ("inside", "i8"),  # whether occurrences between the ends of a step count
         ("middle", "i8"),  # in the first record: INTERPOLATED, SLOPES or SERIES
+        ("unit", "f8"),  # of the times of roots: the span, at most 1; 1 where the times are SciPy's
         ("bend", "f8"),  # the largest second difference in a step of late, see `may_turn`
         ("g", "f8"),  # value at the last step
         ("g_new", "f8"),

@@ -7,14 +7,14 @@ from ..calls.user_function import call_function, raised
 from ..jit.options import INTERNAL, njit
 from .dense_output import polynomial
 
-TOLERANCE = 4 * 2.220446049250313e-16  # absolute and relative, as in SciPy
+TOLERANCE = 4 * 2.220446049250313e-16  # as in SciPy: of the unit of time, and relative
 N_ITERATIONS = 100  # as in SciPy
 
 
 @njit(**INTERNAL)
-def resolution(t):
-    """The uncertainty of a root near t."""
-    return TOLERANCE + TOLERANCE * abs(t)
+def resolution(t, unit):
+    """The uncertainty of a root near t; see `unit` of EVENTS."""
+    return TOLERANCE * unit + TOLERANCE * abs(t)
 
 
 @njit(**INTERNAL)
@@ -26,13 +26,14 @@ def value(event, d, t_old, h, t, y, out):
 
 
 @njit(**INTERNAL)
-def crossing(event, d, t_from, t_new, t_old, h, y, out):
-    """A time in [t_from, t_new] at which the event function is zero.
+def crossing(e, d, t_from, t_new, t_old, h, y, out):
+    """A time in [t_from, t_new] at which the function of an EVENTS record `e` is zero.
 
-    `event` is the address of the function's block; the polynomial d begins at t_old and belongs to
-    a step of length h.  If the function has one sign at both ends (a step so short that the ends
-    coincide, a crossing behind a breakpoint), the result is the end with the smaller value.
+    The polynomial d begins at t_old and belongs to a step of length h.  If the function has one
+    sign at both ends (a step so short that the ends coincide), the result is the end with the
+    smaller value.
     """
+    event = e.block
     a = t_from
     b = t_new
     fa = value(event, d, t_old, h, a, y, out)
@@ -50,7 +51,7 @@ def crossing(event, d, t_from, t_new, t_old, h, y, out):
         if abs(fc) < abs(fb):  # keep the best point in b, its bracket in c
             a, b, c = b, c, b
             fa, fb, fc = fb, fc, fb
-        tolerance = 0.5 * (TOLERANCE + TOLERANCE * abs(b))
+        tolerance = 0.5 * resolution(b, e.unit)
         middle = 0.5 * (c - b)
         if fb == 0.0 or abs(middle) <= tolerance or raised(event):
             break
@@ -86,19 +87,20 @@ def crossing(event, d, t_from, t_new, t_old, h, y, out):
 
 
 @njit(**INTERNAL)
-def crossing_from_zero(event, sign, d, t_from, t_new, t_old, h, y, out):
-    """The next zero of a function that is zero to rounding at t_from and then has the sign `sign`.
+def crossing_from_zero(e, d, t_from, t_new, t_old, h, y, out):
+    """The next zero of a function that is zero to rounding at t_from and then has e.g's sign.
 
     The times t_from + (t_new - t_from) / 2^k are tried.  The result is `t_from` if the function has
-    the sign `sign` at none of these times.
+    this sign at none of these times.
     """
+    sign = e.g
     t = t_new
-    while not raised(event):
+    while not raised(e.block):
         end = t
         t = t_from + 0.5 * (t - t_from)
         if t == t_from or t == end:
             break
-        g = value(event, d, t_old, h, t, y, out)
+        g = value(e.block, d, t_old, h, t, y, out)
         if (g > 0.0 and sign > 0.0) or (g < 0.0 and sign < 0.0):
-            return crossing(event, d, t, end, t_old, h, y, out)
+            return crossing(e, d, t, end, t_old, h, y, out)
     return t_from

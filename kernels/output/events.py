@@ -112,7 +112,7 @@ def ends_run(e):
 @njit(**INTERNAL)
 def never_ends(e, t):
     """True if an event has just changed the state at t, and may not act there again."""
-    just = e.jump != 0 and abs(t - e.t_jump) <= near(t)
+    just = e.jump != 0 and abs(t - e.t_jump) <= near(t, e.unit)
     return just and (e.begins != TOUCHES or e.repeats == MOST_REPEATS)
 
 
@@ -120,10 +120,10 @@ def never_ends(e, t):
 def root_in(e, d, t_from, t, t_old, h, scratch):
     """The time in a step at which an active event occurs."""
     if e.begins == PLAIN:
-        return crossing(e.block, d, t_from, t, t_old, h, scratch[0], scratch[1])
+        return crossing(e, d, t_from, t, t_old, h, scratch[0], scratch[1])
     if e.begins == TOUCHES or e.g == 0.0:
         return t_old
-    return crossing_from_zero(e.block, e.g, d, t_old, t, t_old, h, scratch[0], scratch[1])
+    return crossing_from_zero(e, d, t_old, t, t_old, h, scratch[0], scratch[1])
 
 
 @njit(**INTERNAL)
@@ -136,7 +136,7 @@ def note(o, events, i, root, t, t_old, meets, end):
     e = events.table[i]
     if abs(root - t) <= meets:
         root = t
-    elif (o.jumps != 0 or e.begins == LEAVES) and abs(root - t_old) <= resolution(t_old):
+    elif (o.jumps != 0 or e.begins == LEAVES) and abs(root - t_old) <= resolution(t_old, e.unit):
         root = t_old
         if e.begins == LEAVES and e.jump == 0:
             return end
@@ -257,12 +257,12 @@ def _meet(events, first, n, end, d, s, scratch):
         return FAILED
     for k in range(first, end):
         e = table[events.index[k]]
-        if abs(events.t[k] - t) <= near(t) or (k > n and _is_over(events, first, k)):
+        if abs(events.t[k] - t) <= near(t, e.unit) or (k > n and _is_over(events, first, k)):
             jump = JUMP if e.series != 0 else JUMP_OF_SIGNS
             if abs(e.g_new) > jump * e.size:  # behind a jump, the value tells the sign
                 e.noise = 0.0
             else:
-                e.noise = e.size * (ROUNDING + near(t) / abs(h)) + APART * abs(e.g_new)
+                e.noise = e.size * (ROUNDING + near(t, e.unit) / abs(h)) + APART * abs(e.g_new)
             if k >= n:
                 e.active = 1
                 e.root = t
@@ -311,7 +311,7 @@ def _count_met(events, first, n, cut):
             events.t[n] = t
             n += 1
     for k in range(first, before):
-        if abs(events.t[k] - t) <= near(t):
+        if abs(events.t[k] - t) <= near(t, table[cut].unit):
             table[events.index[k]].active = 1
     return n
 

@@ -155,7 +155,6 @@ def watch_from(kernels, solve, table, scratch, h):
     s = solve.state[0]
     y = slot(None, solve.work, Y)
     rate = slot(None, solve.work, K + kernels.fsal_stage)
-    step = s.direction * max(AHEAD * abs(h), 4.0 * resolution(s.t))
     if not evaluate_all(table, s.t, y, scratch[1]):
         return RAISED
     if len(table) > 0 and solve.block[MASS] != 0:
@@ -163,6 +162,9 @@ def watch_from(kernels, solve, table, scratch, h):
         rates_of(solve.block[MASS], s.t, y, rate)
         if solve.block[RAISED_WORD] != 0:
             return RAISED
+    step = 0.0
+    if len(table) > 0:
+        step = s.direction * max(AHEAD * abs(h), 4.0 * resolution(s.t, table[0].unit))
     for i in range(len(y)):
         scratch[0, i] = y[i] + step * rate[i]
     for i in range(len(table)):

@@ -19,22 +19,22 @@ RAISES = -1
 
 
 @njit(**INTERNAL)
-def near(t):
+def near(t, unit):
     """The distance from t within which a root is at t."""
-    return APART * resolution(t)
+    return APART * resolution(t, unit)
 
 
 @njit(**INTERNAL)
-def distance_to_meet(s, o, segments, schedules, t):
+def distance_to_meet(s, o, segments, events, t):
     """The distance from t within which events occur at t: NEVER if no schedule acts at t.
 
     At a breakpoint, t is the end of the step before.
     """
     if is_border(s, o, segments):
         t = segments[o.i_segment, 2]
-    for i in range(len(schedules)):
-        if schedules[i].t_next == t and t != end_of_span(s, segments):
-            return near(t)
+    for i in range(len(events.schedules)):
+        if events.schedules[i].t_next == t and t != end_of_span(s, segments):
+            return near(t, events.table[0].unit)
     return NEVER
 
 
@@ -95,13 +95,13 @@ def note_meeting(e, t, h, size):
     """
     e.active = 1
     e.t_jump = t
-    e.noise = size * (ROUNDING + near(t) / abs(h)) + APART * abs(e.g_new)
+    e.noise = size * (ROUNDING + near(t, e.unit) / abs(h)) + APART * abs(e.g_new)
 
 
 @njit(**INTERNAL)
 def have_met(events, t):
     """True if an event has occurred at the time t of a schedule."""
     for i in range(len(events)):
-        if abs(events[i].t_jump - t) <= near(t):
+        if abs(events[i].t_jump - t) <= near(t, events[i].unit):
             return True
     return False

@@ -58,8 +58,9 @@ def _begin_behind(kernels, solve, output, events, scratch, t, h):
 def _watch_on(kernels, solve, table, scratch, t, h):
     """Set the values of the events behind a schedule's time t; RUNNING or RAISED."""
     for i in range(len(table)):
-        if not abs(table[i].t_jump - t) <= near(t):  # an occurrence earlier in the step
-            table[i].active = 0
+        e = table[i]
+        if not abs(e.t_jump - t) <= near(t, e.unit):  # an occurrence earlier in the step
+            e.active = 0
     return watch_from(kernels, solve, table, scratch, h)
 
 

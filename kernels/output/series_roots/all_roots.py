@@ -62,7 +62,7 @@ def find_all(kernels, solve, output, events, scratch, t, reached, ready, d):
     if not evaluate_end(solve, events, scratch, t, reached, d):
         return FAILED
     at_border = is_border(s, o, output.segments)
-    meets = distance_to_meet(s, o, output.segments, events.schedules, t)
+    meets = distance_to_meet(s, o, output.segments, events, t)
     end, by_sign = _note_series(solve, o, events, t, meets, scratch)
     if end == first and not (by_sign or at_border) and meets == NEVER:
         accept(table)

@@ -44,7 +44,7 @@ def find_inside(kernels, solve, output, events, scratch, t, reached, ready, d):
     s = solve.state[0]
     o = output.record[0]
     table = events.table
-    meets = distance_to_meet(s, o, output.segments, events.schedules, t)
+    meets = distance_to_meet(s, o, output.segments, events, t)
     if meets != NEVER:
         by_rate = has_rate(o, reached)
         if not ready and not by_rate:
@@ -117,7 +117,7 @@ def note_inside(s, o, events, i, d, t, meets, end, scratch):
                 if at == 0:
                     root = root_in(e, d, begin, stop, s.t_old, h, scratch)
                 else:
-                    root = crossing(e.block, d, begin, stop, s.t_old, h, scratch[0], scratch[1])
+                    root = crossing(e, d, begin, stop, s.t_old, h, scratch[0], scratch[1])
                 end = note(o, events, i, root, t, s.t_old, meets, end)
         elif side == 0.0 and k > 0:  # zero at the start of the step
             if turn * e.direction > 0.0 or (e.direction == 0.0 and e.jump == 0):

@@ -42,7 +42,7 @@ def look(kernels, solve, output, events, scratch, t, reached, ready, d, acts):
         if is_border(s, o, output.segments):
             return BUSY
         if len(events.schedules) > 0:
-            if distance_to_meet(s, o, output.segments, events.schedules, t) != NEVER:
+            if distance_to_meet(s, o, output.segments, events, t) != NEVER:
                 return BUSY
     if n_active > 0:
         return BUSY

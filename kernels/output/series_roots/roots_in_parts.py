@@ -176,7 +176,8 @@ def _halved(e, solve, a, h, sign, behind, largest, scratch):
     place = a + h
     if e.jump != 0 and abs(behind - last) > JUMP * largest:
         s = solve.state[0]
-        place += s.direction * (2.0 * resolution(s.t_old + place) + BEHIND * abs(s.t - s.t_old))
+        far = 2.0 * resolution(s.t_old + place, e.unit) + BEHIND * abs(s.t - s.t_old)
+        place += s.direction * far
     return place, behind
 
 
