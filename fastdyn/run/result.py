@@ -149,6 +149,9 @@ def _attributes():
 INDENT = "    "
 
 
+ACTIONS = ("both", "before", "after")  # states of a time at which `on_event` has acted, in tables
+
+
 class NoField(KeyError, AttributeError):
     """A result has no field of this name, asked for as a key or as an attribute.
 
@@ -197,22 +200,33 @@ class OdeResult(dict):
         like_scipy: Any = OptimizeResult.__repr__
         return like_scipy(self)
 
-    def to_pandas(self):
+    def to_pandas(self, actions="both"):
         """The states as a pandas.DataFrame: a row for each time, a column for each component.
 
         The columns have the names of the system's components, else ``y[0]``, ``y[1]``, ...; the
         units of a system are in ``attrs["units"]``.
-        """
-        return _frame(self, self._components())
 
-    def to_xarray(self):
+        Parameters
+        ----------
+        actions : {"both", "before", "after"}
+            Which states a time has at which `on_event` has acted, and so `t` has twice.  With one
+            of them, each time is there once, as ``reindex`` and ``interp`` need.
+        """
+        return _frame(self, self._components(), _rows(self.t, actions))
+
+    def to_xarray(self, actions="both"):
         """The states as an xarray.Dataset: ``y`` by component and time, and the counts.
 
         Sensitivities are ``dy_dk`` for an argument k, and ``dy_dy0``, with axes ``y0_0``, ...
         Needs xarray, which ``fastdyn[cluster]`` installs.
+
+        Parameters
+        ----------
+        actions : {"both", "before", "after"}
+            As in `to_pandas`.
         """
         counts = [field.name for field in COUNTS if field.name in self]
-        return _dataset(self, self._components(), counts)
+        return _dataset(self, self._components(), counts, _rows(self.t, actions))
 
     def _components(self):
         """(name, unit, meaning) of each component."""
@@ -238,34 +252,48 @@ class OdeResult(dict):
         return plot(self, **options)
 
 
-def _frame(result, components):
+def _rows(t, actions):
+    """Which times of a result a table has: see `OdeResult.to_pandas`."""
+    if actions not in ACTIONS:
+        known = ", ".join(map(repr, ACTIONS))
+        raise ValueError(f"`actions={actions!r}` is unknown; choose from {known}.")
+    again = np.diff(np.asarray(t, float)) == 0.0
+    rows = np.ones(len(t), bool)
+    if actions == "before":
+        rows[1:] &= ~again
+    elif actions == "after":
+        rows[:-1] &= ~again
+    return rows
+
+
+def _frame(result, components, rows):
     """The DataFrame of `OdeResult.to_pandas`; `components` are (name, unit, meaning) of each."""
     pandas = needed("pandas", "`to_pandas` needs")
     names = [name for name, *_ in components]
-    times = pandas.Index(np.asarray(result.t, float), name="t")
-    found = pandas.DataFrame(_states(result, components).T, times, names)
+    times = pandas.Index(np.asarray(result.t, float)[rows], name="t")
+    found = pandas.DataFrame(_states(result, components).T[rows], times, names)
     units = {name: unit for name, unit, *_ in components if unit}
     if units:
         found.attrs["units"] = units
     return found
 
 
-def _dataset(result, components, counts):
+def _dataset(result, components, counts, rows):
     """The Dataset of `OdeResult.to_xarray`.
 
     `components` are (name, unit, meaning) of each, `counts` the names of fields that count.
     """
     xarray = needed("xarray", "`to_xarray` needs")
     names, units, meanings = (list(each) for each in zip(*components, strict=True))
-    coordinates = {"component": names, "time": np.asarray(result.t, float)}
+    coordinates = {"component": names, "time": np.asarray(result.t, float)[rows]}
     if any(units):
         coordinates |= {"unit": ("component", units), "meaning": ("component", meanings)}
     facts = {name: result[name] for name in ("status", "message", *counts)}
     facts = {name: value for name, value in facts.items() if value is not None}
-    values: Any = {"y": (("component", "time"), _states(result, components))}
+    values: Any = {"y": (("component", "time"), _states(result, components)[:, rows])}
     for name, slopes in (result.get("sensitivity") or {}).items():
         axes = tuple([f"{name}_{k}" for k in range(np.ndim(slopes) - 2)])
-        values[f"dy_d{name}"] = ("component", *axes, "time"), slopes
+        values[f"dy_d{name}"] = ("component", *axes, "time"), slopes[..., rows]
     return xarray.Dataset(values, coordinates, facts)
 
 

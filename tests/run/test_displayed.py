@@ -133,3 +133,24 @@ def test_a_result_becomes_a_dataset(run):
     assert found.attrs["nfev"] == run.nfev and list(found.unit.values) == ["m", "m", "m/s", "m/s"]
     plain = fastdyn.solve_ivp(decay, SPAN, START).to_xarray()
     assert plain.y.shape[0] == 2 and "unit" not in plain.coords
+
+
+def test_a_table_has_each_time_once_where_events_act():
+    """The state before the action, or after; both are in `t`, and by default in the table."""
+    pytest.importorskip("pandas")
+    given = {"events": lambda t, y: y[0] - 0.5, "on_event": lambda t, y: [y[0] + 1.0, y[1]]}
+    jumping = fastdyn.solve_ivp(decay, (0.0, 3.0), START, sensitivity="y0", **given)
+    at = jumping.t_events[0][0]
+    assert not jumping.to_pandas().index.is_unique
+    for actions, value in (("before", 0.5), ("after", 1.5)):
+        frame = jumping.to_pandas(actions=actions)
+        assert frame.index.is_unique and frame["y[0]"][at] == pytest.approx(value)
+        assert len(frame) == len(jumping.t) - len(jumping.t_events[0])
+        assert len(frame.reindex([0.25, 0.75], method="nearest")) == 2
+    with pytest.raises(ValueError, match="`actions='first'` is unknown; choose from 'both', "):
+        jumping.to_pandas(actions="first")
+    pytest.importorskip("xarray")
+    found = jumping.to_xarray(actions="after")
+    assert found.y.sel(time=at).values[0] == pytest.approx(1.5)
+    assert found.dy_dy0.shape == (2, 2, len(found.time))
+    assert np.isfinite(found.y.interp(time=[0.25, 0.75])).all()
