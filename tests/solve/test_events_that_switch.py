@@ -143,6 +143,16 @@ def test_an_implicit_equation_loses_none(method):
     assert run.t_events[0].tolist() == [5.0, 5.1]
 
 
+def test_an_implicit_equation_by_bdf_tells():
+    def within(t, y):
+        return 1.0 if 5 < t < 5.1 else -1.0
+
+    given = (lambda t, y, yp: [yp[0] + 0.1 * y[0]]), (0, 10), [1.0]
+    with pytest.warns(SwitchingWarning, match="`within` changes at t = 5 and .* BDF do not end"):
+        solve_dae(*given, events=within)
+    solve_dae(*given, events=within)
+
+
 @pytest.mark.parametrize("method", ["RK4", "VelocityVerlet", "Gauss8"])
 def test_constant_steps_tell(method):
     code = pulse.__code__.replace(co_firstlineno=next(LINES))

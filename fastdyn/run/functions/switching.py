@@ -45,6 +45,8 @@ def switching_of(problem, bound, others=(), python_between=False):
     parts = []
     hidden = []
     if p.mode.residual:  # see `dae/switching.py`
+        for place, each in enumerate(others[: len(p.events or ())], 1):
+            _tell_unseen(p, place, with_trace(each, len(p.y0)))
         return None
     ends = p.ends_at_switches
     n_pair = len(bound.pair)
@@ -71,6 +73,25 @@ def switching_of(problem, bound, others=(), python_between=False):
     if not (parts or hidden):
         return None
     return Switching(bound, parts, hidden, p, python_between)
+
+
+def _tell_unseen(problem, place, bound):
+    """Warn, once, of an event function that switches between steps which end at no such times."""
+    p = problem
+    switches = switches_of(bound)
+    if switches is None or _place_told(bound, p.method) in _notes_of(bound):
+        return
+    found = Timed(place, bound, switches, True).times(bound.given, p.y0, p.t0, p.tf, True)
+    sharp = found.t[found.sharp]
+    if len(sharp) > 1:
+        _notes_of(bound)[_place_told(bound, p.method)] = True
+        name = getattr(bound.held.fun, "__name__", "an event function")
+        warn(
+            f"`{name}` changes at t = {sharp[0]:.10g} and t = {sharp[1]:.10g}, and the steps of "
+            f"{p.method.name.split()[0]} do not end there: events between may be lost. Take "
+            "'Radau', or give `max_step=`.",
+            SwitchingWarning
+        )  # fmt: skip
 
 
 def _place_told(bound, method):
