@@ -11,12 +11,14 @@ from .exponents import Exponents, lyapunov
 from .orbit import PeriodicOrbit, periodic_orbit
 from .portrait import Portrait, phase_portrait
 from .response import Response, frequency_response
+from .rest.delays import DelayRoots, characteristic_roots
 from .rest.equilibria import Equilibria, equilibria
 from .rest.linear import Linearisation, Mode, linearise
 from .section import Section, poincare
 
 __all__ = [
-    "Basin", "Branch", "Equilibria", "Exponents", "Linearisation", "Mode", "NotConvergedError",
-    "PeriodicOrbit", "Portrait", "Response", "Section", "basin", "continuation", "equilibria",
-    "frequency_response", "linearise", "lyapunov", "periodic_orbit", "phase_portrait", "poincare",
+    "Basin", "Branch", "DelayRoots", "Equilibria", "Exponents", "Linearisation", "Mode",
+    "NotConvergedError", "PeriodicOrbit", "Portrait", "Response", "Section", "basin",
+    "characteristic_roots", "continuation", "equilibria", "frequency_response", "linearise",
+    "lyapunov", "periodic_orbit", "phase_portrait", "poincare",
 ]  # fmt: skip

@@ -81,6 +81,12 @@ TABLE = {
             ({"y": [[1.0]]}, "It has shape (1, 1)"), ({"y": None}, "`y` is missing: only a system"),
             ({"rtol": 1e-6}, "The call is linearise(fun, y, args, t, inputs, outputs)."),
         ]),
+        ("characteristic_roots", {"fun": lambda t, y, past: -past(t - 1.0), "y": [0.0]}, [
+            ({"y": "x"}, "`y` must be numbers; got the text 'x'"), ({"y": None}, "`y` is missing"),
+            ({"y": [1.0]}, "`y` is no state of rest"), ({"count": 0}, "`count` must be"),
+            ({"fun": lambda t, y, past: -past(t + 1.0)}, "a delay is -1"),
+            ({"rtol": 1e-6}, "The call is characteristic_roots(fun, y, args, count, t)."),
+        ]),
         ("periodic_orbit", {"y0": [1.0, 0.0]}, [
             ({"y0": "x"}, "`y0` must be numbers"), ({"y0": None}, "`y0` is missing"),
             ({"t_evals": [1.0]}, "`periodic_orbit` takes no `t_evals`"),

@@ -84,6 +84,16 @@ def eigenvalues(equilibria, **options):
     return drawing
 
 
+def roots(found, **options):
+    """The characteristic roots of a delay equation."""
+    with style.slides():
+        drawing, plane = style.single(**{"figsize": (9, 7.2)} | options)
+        plane.plot(found.roots.real, found.roots.imag, "o", ms=10)
+        _complex_plane(plane, found.roots)
+        plane.set_title(f"characteristic roots: {found.kind}")
+    return drawing
+
+
 def _complex_plane(axes, values):
     """Axes through zero, the stable half shaded, all values inside."""
     values = np.asarray(values, complex)
