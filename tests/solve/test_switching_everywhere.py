@@ -286,3 +286,18 @@ def test_a_function_in_python_has_no_times():
     with pytest.warns(match="runs in Python"):
         whole = solve_ensemble(fun, (0, 10), [0.0], (np.ones(3),), method="RK45", max_step=0.1)
     assert whole.y_end[:, 0] == pytest.approx(0.2, rel=0.1)
+
+
+@pytest.mark.filterwarnings("ignore:.*runs in Python")
+def test_events_that_switch_beside_equations_in_python():
+    seen = []
+
+    def fun(t, y):
+        seen.append(t)
+        return [1.0]
+
+    def crossed(t, y):
+        return np.where(t >= 5.0, 1.0, -1.0)
+
+    run = solve_ivp(fun, (0, 10), [0.0], "RK45", events=crossed)
+    assert run.t_events[0] == pytest.approx([5.0])
