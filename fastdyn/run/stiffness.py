@@ -42,6 +42,14 @@ ITERATIONS, SIZE = 40, 1e-6  # iterations of the power method; size of its displ
 DAMPED = 0.25  # loss of an oscillation in a radian
 ALIKE = 1e-3  # vectors that differ by less count as parallel
 
+# Friction v / |v| that crawls at |v| = 9 tolerances: 0.12; the reaction of Robertson: 1.6.
+WIDE, SATURATES = 100.0, 0.25
+SATURATED = (
+    "{} took {} steps. At t = {:.6g} `fun` changes as at a switch, such as v / |v|, within few "
+    "tolerances: no implicit method helps there. Make the change smooth over a larger width, "
+    "v / sqrt(v**2 + w**2), or end the solve by an event."
+)
+
 ACCUMULATED = 1e-8  # share of a run in which its last switchings, at several switches, lie
 TWISTS = (
     " At t = {:.6g} the solution comes to a point on {} switches of `fun` at once, ever faster "
@@ -57,6 +65,10 @@ class StiffnessWarning(UserWarning):
 
 class Stiff(Exception):
     """A run is given up because the problem is stiff."""
+
+
+class Saturated(Exception):
+    """A run is given up that looks stiff, where no implicit method and no average helps."""
 
 
 class Sliding(Exception):
@@ -85,8 +97,43 @@ def _give_up(problem, run):
         if chosen:
             raise Sliding(t, of, y, problem.tf)
     found = _held_back(problem, run, undamped=True)
-    if found is not None:
+    if found is None:
+        return
+    if not _saturates(problem, run):
         raise Stiff(found)
+    if problem.reaction.gives_up == "slides":
+        raise Saturated(found)
+    notes = run.bounds[0].function.notes if run.bounds[0].function is not None else {}
+    if notes.get(SATURATED) is None:
+        notes[SATURATED] = True
+        t = float(run.view("solve.state")[0]["t"])
+        warn(SATURATED.format(problem.method.name, counters(run.memory)[0], t), StiffnessWarning)
+
+
+def _saturates(problem, run):
+    """Whether `fun` changes far less within WIDE tolerances than its Jacobian says.
+
+    Iterations of an implicit method, which follow the Jacobian, then end anywhere.
+    """
+    p = problem
+    (state,) = run.view("solve.state")
+    y = run.view("solve.work")[Y].copy()
+    t, n = float(state["t"]), p.fun.n if p.mode.sensitivities else len(y)
+
+    def slope(u):
+        return _slope(run.bounds[0], t, np.concatenate([u, y[n:]]))[:n]
+
+    f, step = slope(y[:n]), SIZE * max(np.abs(y[:n]).max(), SIZE)
+    before = v = np.random.default_rng(0).standard_normal(n)
+    for _ in range(ITERATIONS):
+        v = v / np.linalg.norm(v)
+        change = (slope(y[:n] + step * v) - f) / step
+        if not 0.0 < np.linalg.norm(change) < np.inf:
+            return False
+        before, v = v, change
+    far = WIDE / np.max(np.abs(before) / (p.atol + p.rtol * np.abs(y))[:n])
+    changes = [np.linalg.norm(slope(y[:n] + way * far * before) - f) for way in (1.0, -1.0)]
+    return max(changes) < SATURATES * far * np.linalg.norm(v)
 
 
 def switches_of(run):

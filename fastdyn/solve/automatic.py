@@ -15,7 +15,7 @@ from fastdyn.problem.events import event_list
 from fastdyn.problem.options.table import TOLERANCES, refused_among, value_of
 from fastdyn.problem.switched import longer, slid_away
 from fastdyn.run.loop import Raised
-from fastdyn.run.stiffness import FEW, Sliding, Stiff
+from fastdyn.run.stiffness import FEW, Saturated, Sliding, Stiff
 from fastdyn.specialise.series import NoSeries
 
 from .discrete import parted
@@ -27,6 +27,9 @@ LOOSE, TIGHT = 1e-5, 1e-9  # rtol above which Tsit5 is faster than Taylor, and V
 SWITCHES = (
     f"`fun` has conditions on the state, where the steps of Taylor end, here at rtol = {LOOSE:g}."
 )
+# Steps of a solution along switches, after which it crawls: a solution that slides takes hundreds,
+# friction v / |v| with a guard never ends.
+MOST_ALONG = 500_000
 
 
 def solved(asked):
@@ -60,6 +63,8 @@ def _chosen(asked, slides):
         return _named(_to_the_end(asked), "Radau", str(found))
     except Sliding as found:
         return _along_switches(asked, found) or _chosen(asked, slides=False)
+    except Saturated:
+        return _chosen(asked, slides=False)
     except Raised as found:
         reason = f"`fun` raised {type(found.error).__name__}: {found.error}."
         other = _by_others(asked, reason, "Radau", "Taylor")
@@ -86,8 +91,12 @@ def _along_switches(asked, found):
     n = len(asked.y0)
     if of_modes is None:
         return None
+    if of_modes.options.get("max_steps") is None:
+        of_modes = of_modes.with_options(max_steps=MOST_ALONG)
     try:
         whole = solved_by(of_modes.reacting(gives_up="slides"), name)
+    except Saturated:
+        return None
     except Stiff:
         name = "Radau"
         whole = _to_the_end(of_modes)

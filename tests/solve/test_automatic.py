@@ -321,3 +321,22 @@ def test_a_solve_within_fun_reacts_by_itself():
     with pytest.warns(StiffnessWarning):
         run = solve_ivp(fun, (0, 1), [1.0], "auto")
     assert run.success and run.method == "Tsit5" and all(inner)
+
+
+def test_friction_in_the_plane_crawls_and_is_told():
+    """v / |v| with a guard: no implicit method and no average helps where v is as atol."""
+
+    def fun(t, y):
+        v = np.hypot(y[2], y[3])
+        s = 1.0 / v if v > 1e-12 else 0.0
+        return [y[2], y[3], -0.5 * y[2] * s + 0.3 * np.sin(t), -0.5 * y[3] * s + 0.1]
+
+    start = [0.0, 0.0, 1.0, 0.5]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", StiffnessWarning)
+        expected = solve_ivp(fun, (0, 10), start, "RK23", rtol=1e-6)
+    with pytest.warns(StiffnessWarning, match="as at a switch, such as v / |v|") as caught:
+        run = solve_ivp(fun, (0, 10), start, "auto")
+    assert run.status == 0 and len(caught) == 1 and run.nfev < 10**6
+    assert run.y[:2, -1] == pytest.approx(expected.y[:2, -1], rel=2e-3)
+    assert np.abs(run.y[2:, -1]).max() < 1e-4
