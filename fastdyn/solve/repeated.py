@@ -110,7 +110,7 @@ def _rest(t_eval, dense_output, events, vectorized, options):
     """The part of the key that most calls do not have, and the functions of the events."""
     watched = None
     functions = ()
-    if "sensitivity" in options or "adjoint" in options:
+    if len(options) > 1 and ("sensitivity" in options or "adjoint" in options):
         options = dict(options)
         derivatives = [options.pop(name, None) for name in DERIVATIVES]
         options |= _given(*derivatives)
