@@ -61,6 +61,7 @@ def test_a_thermostat_follows_its_level(name, each):
     assert abs(run.y[0, -1] - by_euler(name)[-1]) < 3.0 * STEP
 
 
+@pytest.mark.filterwarnings("ignore:.*as at a switch")
 def test_a_solution_far_from_its_switch_is_not_returned(monkeypatch):
     """Without the modes behind a jump, the states show that the switch has gone."""
     before = switched.longer
