@@ -237,7 +237,8 @@ class Switching:
             return
         a, b = self.changes[i - 1 : i + 1].tolist()
         found = zip(self.parts, self._last[2], strict=True)
-        bound = next(each.bound for each, times in found if a in times.t)
+        own = (each.bound for each, times in found if a in times.t)
+        bound = next(own, self._bound)  # a copy of a Stepper may have sought other times last
         place = _place_told(bound, self._method)
         notes = _notes_of(bound)
         if place in notes:
