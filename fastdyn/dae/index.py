@@ -19,11 +19,7 @@ class HighIndexError(ValueError):
 
 def not_reduced(found, why):
     """The HighIndexError of equations that cannot be differentiated, with the cause first."""
-    cause = str(why)
-    index = str(found)
-    first = cause[:1].upper() + cause[1:]
-    then = index[:1].lower() + index[1:]
-    return HighIndexError(f"{first} These must be differentiated: {then}")
+    return HighIndexError(f"{why} Such equations must be differentiated. {found}")
 
 
 def check_structure(pattern, n):

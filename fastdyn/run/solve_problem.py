@@ -10,7 +10,7 @@ from fastdyn.compile.derivatives.sparse_jacobian import (
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.sentences import WritesToState
-from fastdyn.kernels.methods.method import ON_PAIRS
+from fastdyn.kernels.methods.method import ON_PAIRS, SHARED_METHODS
 from fastdyn.kernels.state.record import NON_FINITE
 from fastdyn.problem.domains.options import check_start
 from fastdyn.problem.events import between_steps
@@ -18,7 +18,7 @@ from fastdyn.problem.second_order_and_pairs import (
     Pair,
     probe_equations,
 )
-from fastdyn.problem.validate import IMPLICIT, SHARED_METHODS
+from fastdyn.problem.validate import IMPLICIT
 from fastdyn.specialise.scalar import shared_kernel
 
 from .begin import shape_of, watch_of

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn.compile import memory, sentences
 from support import refused
+from support.unsaid import unsaid
 
 with open(refused.__file__) as file:
     LINES = file.read().splitlines()
@@ -21,7 +21,7 @@ PROBLEM = {"t_span": (0, 0.1), "y0": [1.0, 0.5]}
 
 @pytest.fixture(autouse=True)
 def _unsaid(monkeypatch):
-    monkeypatch.setattr(sentences, "_warned", memory.Table())
+    unsaid(monkeypatch)
 
 
 def said(fun, **options):

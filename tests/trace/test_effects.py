@@ -204,7 +204,8 @@ def test_no_file_is_written_while_a_function_is_traced(write, n, tmp_path):
 
     near = by_tracing.Near(0.0, 1.0, np.ones(n), n == 100)
     with pytest.raises(Untraceable):
-        by_tracing._traced(fun, (), DERIVATIVE, n, near, (), "all", n == 100)
+        facts = by_tracing.Facts()
+        by_tracing._traced(fun, (), DERIVATIVE, n, near, (), "all", n == 100, facts)
     assert not list(tmp_path.iterdir())
 
 

@@ -7,7 +7,7 @@ import pytest
 import scipy.integrate
 
 import fastdyn
-from fastdyn.compile import memory, sentences
+from support.unsaid import unsaid
 
 pytestmark = pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 LATEST: dict = {}
@@ -187,7 +187,7 @@ CHANGED = {
 @pytest.mark.parametrize("make", CHANGED)
 def test_what_is_said(make, monkeypatch):
     """One warning, which names what is changed, and where."""
-    monkeypatch.setattr(sentences, "_warned", memory.Table())
+    unsaid(monkeypatch)
     fun = make(Plant())
     with pytest.warns(fastdyn.CompileWarning) as said:
         for _ in range(2):

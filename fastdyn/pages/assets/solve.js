@@ -13,6 +13,7 @@ const SENTENCES = {
 };
 const SAFETY = 0.9, MIN_FACTOR = 0.2, MAX_FACTOR = 10, LANDED = 1e-6;
 const TOLERANCE = 4 * Number.EPSILON;
+const PARTS = 8; // of a step, between which events are sought, as in kernels/output/arguments.py
 
 // The distance from a time, not negative, to the next larger number.
 const bytes = new DataView(new ArrayBuffer(8));
@@ -361,9 +362,19 @@ function solveOne(problem) {
     const after = events.map((event) => of(event, end, reached));
     const roots = [];
     events.forEach((event, i) => {
-      if (!changesSign(event.direction, before[i], after[i])) return;
       const value = (t) => of(event, t, polynomial(d, (t - tOld) / h, at));
-      roots.push({ i, t: crossing(value, tOld, end) });
+      const parts = run.method.fixed ? PARTS : 1; // RK45 has SciPy's events, at most one a step
+      let from = tOld, first = before[i];
+      for (let k = 1; k <= parts; k++) {
+        const to = k < parts ? tOld + k * (end - tOld) / parts : end;
+        const second = k < parts ? value(to) : after[i];
+        if (k < parts && second === 0) continue;
+        if (changesSign(event.direction, first, second)) {
+          roots.push({ i, t: crossing(value, from, to) });
+        }
+        from = to;
+        first = second;
+      }
     });
     const cut = roots.filter(({ i }) => events[i].terminal).sort((a, b) => a.t - b.t || a.i - b.i)[0];
     for (const { i, t } of roots) {
