@@ -9,6 +9,7 @@ from .dense_output import polynomial
 
 TOLERANCE = 4 * 2.220446049250313e-16  # as in SciPy: of the unit of time, and relative
 N_ITERATIONS = 100  # as in SciPy
+STAYS_FOR = 2.0**-20  # share of a distance from a zero within which a function stays zero
 
 
 @njit(**INTERNAL)
@@ -31,7 +32,8 @@ def crossing(e, d, t_from, t_new, t_old, h, y, out):
 
     The polynomial d begins at t_old and belongs to a step of length h.  If the function has one
     sign at both ends (a step so short that the ends coincide), the result is the end with the
-    smaller value.
+    smaller value.  If the event changes the state, and its function stays zero, the result is the
+    time from which on the function is zero.
     """
     event = e.block
     a = t_from
@@ -41,7 +43,7 @@ def crossing(e, d, t_from, t_new, t_old, h, y, out):
     if fa == 0.0:
         return a
     if fb == 0.0:
-        return b
+        return b if e.jump == 0 else edge(e, d, b, a, t_old, h, y, out)
     if (fa > 0.0) == (fb > 0.0):
         return a if abs(fa) < abs(fb) else b
     c = a
@@ -83,7 +85,30 @@ def crossing(e, d, t_from, t_new, t_old, h, y, out):
             c = a
             fc = fa
             step = previous = b - a
+    if fb == 0.0 and e.jump != 0:
+        return edge(e, d, b, t_from, t_old, h, y, out)
     return b
+
+
+@njit(**INTERNAL)
+def edge(e, d, t_zero, t_other, t_old, h, y, out):
+    """The end, towards t_other, of the interval around t_zero where a function is exactly zero.
+
+    The function is not zero at t_other.  The result is t_zero if t_zero is a zero by itself.
+    """
+    event = e.block
+    zero = t_zero
+    other = t_other
+    probe = t_zero + STAYS_FOR * (t_other - t_zero)
+    if value(event, d, t_old, h, probe, y, out) != 0.0:
+        return t_zero
+    while abs(other - zero) > resolution(zero, e.unit) and not raised(event):
+        middle = 0.5 * (zero + other)
+        if value(event, d, t_old, h, middle, y, out) == 0.0:
+            zero = middle
+        else:
+            other = middle
+    return zero
 
 
 @njit(**INTERNAL)

@@ -16,7 +16,7 @@ from ..calls.user_function import evaluate
 from ..jit.options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, Y
 from ..state.rows import copy_row
-from .brent import crossing, crossing_from_zero, resolution
+from .brent import crossing, crossing_from_zero, edge, resolution
 from .dense_output import polynomial
 from .meetings import (
     APART,
@@ -28,7 +28,8 @@ from .projection import project_events
 
 # The value of an event function at the start of a step.  PLAIN: any value.  LEAVES: zero, because
 # the event has just occurred; `g` has the sign behind.  TOUCHES: zero, because of another event.
-PLAIN, LEAVES, TOUCHES = range(3)
+# STAYS: exactly zero, as one step before; only of an event that changes the state.
+PLAIN, LEAVES, TOUCHES, STAYS = range(4)
 PENDING = 2
 
 NONE, FAILED, ENDLESS = -1, -2, -3  # no event; a function raised; events accumulate at one time
@@ -54,8 +55,10 @@ def evaluate_all(events, t, y, scratch):
 def accept(events):
     """Let the next step begin with the values at the end of this step."""
     for i in range(len(events)):
-        events[i].g = events[i].g_new
-        events[i].begins = PLAIN
+        e = events[i]
+        stays = e.g == 0.0 and e.g_new == 0.0 and e.jump != 0
+        e.g = e.g_new
+        e.begins = STAYS if stays else PLAIN
 
 
 @njit(**INTERNAL)
@@ -66,6 +69,7 @@ def open_events(events, t, y, scratch):
     accept(events)
     for i in range(len(events)):
         e = events[i]
+        e.begins = PLAIN
         e.count = 0
         e.bend = 0.0
         e.t_jump = np.nan
@@ -97,10 +101,11 @@ def _rests(e):
     """True if the function of an event that changes the state was zero, and did not cross zero.
 
     Such an event is switched off, stays in contact, or leaves zero in a direction not asked for.
+    An event that leaves an interval of zeros occurs at the end of the interval.
     """
     if e.begins == PLAIN:
         return e.g == 0.0 and (e.g_new == 0.0 or e.direction == 0.0)
-    return e.g_new == 0.0
+    return e.g_new == 0.0 and (e.g == 0.0 or e.begins != LEAVES)
 
 
 @njit(**INTERNAL)
@@ -119,6 +124,8 @@ def never_ends(e, t):
 @njit(**INTERNAL)
 def root_in(e, d, t_from, t, t_old, h, scratch):
     """The time in a step at which an active event occurs."""
+    if e.jump != 0 and e.g == 0.0 and e.begins != TOUCHES:
+        return edge(e, d, t_old, t, t_old, h, scratch[0], scratch[1])
     if e.begins == PLAIN:
         return crossing(e, d, t_from, t, t_old, h, scratch[0], scratch[1])
     if e.begins == TOUCHES or e.g == 0.0:
@@ -138,7 +145,7 @@ def note(o, events, i, root, t, t_old, meets, end):
         root = t
     elif (o.jumps != 0 or e.begins == LEAVES) and abs(root - t_old) <= resolution(t_old, e.unit):
         root = t_old
-        if e.begins == LEAVES and e.jump == 0:
+        if e.begins == LEAVES and (e.jump == 0 or e.g_new == 0.0):  # zero all the time
             return end
     events.index[end] = i
     events.t[end] = root

@@ -22,7 +22,7 @@ from ..state.rows import copy_row, slot
 from .arguments import CLIPS
 from .brent import resolution
 from .dense_output import polynomial
-from .events import LEAVES, PENDING, PLAIN, SIGN, TOUCHES, evaluate_all
+from .events import LEAVES, PENDING, PLAIN, SIGN, STAYS, TOUCHES, evaluate_all
 from .projection import derive, project_row
 from .segments import ends_segment, next_segment
 
@@ -175,7 +175,7 @@ def watch_from(kernels, solve, table, scratch, h):
             e.t_jump = s.t
         if e.t_jump != s.t or not abs(e.g_new) <= e.noise:
             e.g = e.g_new
-            e.begins = PLAIN
+            e.begins = STAYS if e.begins == STAYS and e.g == 0.0 else PLAIN
             continue
         if not evaluate(e.block, s.t + step, scratch[0], scratch[1]):
             return RAISED

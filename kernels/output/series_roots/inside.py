@@ -14,11 +14,14 @@ from ...calls.user_function import raised
 from ...jit.options import INTERNAL, njit
 from ...state.rows import rows_on_stack
 from ..arguments import PARTS
-from ..brent import crossing, value
+from ..brent import crossing, edge, value
 from ..dense_output import interpolate
 from ..events import (
     FAILED,
+    LEAVES,
     NONE,
+    PLAIN,
+    STAYS,
     accept,
     changes_sign,
     note,
@@ -96,6 +99,9 @@ def note_inside(s, o, events, i, d, t, meets, end, scratch):
     if e.inside != 0:
         n = _points(e, d, t, s.t_old, h, points, scratch)
         changes = _changes(points, n)
+        if e.jump != 0 and _has_zeros(points, n):
+            root = _first(e, d, s.t_old, h, points, n, scratch)
+            return note(o, events, i, root, t, s.t_old, meets, end) if root == root else end
     if changes <= 1:
         if changes_sign(e):
             root = root_in(e, d, s.t_old, t, s.t_old, h, scratch)
@@ -120,11 +126,52 @@ def note_inside(s, o, events, i, d, t, meets, end, scratch):
                     root = crossing(e, d, begin, stop, s.t_old, h, scratch[0], scratch[1])
                 end = note(o, events, i, root, t, s.t_old, meets, end)
         elif side == 0.0 and k > 0:  # zero at the start of the step
-            if turn * e.direction > 0.0 or (e.direction == 0.0 and e.jump == 0):
-                end = note(o, events, i, s.t_old, t, s.t_old, meets, end)
+            both = e.direction == 0.0 and (e.jump == 0 or e.begins == STAYS)
+            if both or turn * e.direction > 0.0:
+                root = s.t_old
+                if e.jump != 0:
+                    root = root_in(e, d, root, points[TIME, k], root, h, scratch)
+                end = note(o, events, i, root, t, s.t_old, meets, end)
         side = turn
         at = k
     return end
+
+
+@njit(**INTERNAL)
+def _has_zeros(points, n):
+    """True if a function is exactly zero at both ends of the step, or at a point inside."""
+    if points[VALUE, 0] == 0.0 and points[VALUE, n - 1] == 0.0:
+        return True
+    for k in range(1, n - 1):
+        if points[VALUE, k] == 0.0:
+            return True
+    return False
+
+
+@njit(**INTERNAL)
+def _first(e, d, t_old, h, points, n, scratch):
+    """The first occurrence in a step of an event with zeros as `_has_zeros` says; NaN if none."""
+    for k in range(1, n):
+        was = points[VALUE, k - 1]
+        now = points[VALUE, k]
+        turn = np.sign(now) - np.sign(was)
+        if not abs(turn) > 0.0 or turn * e.direction < 0.0:
+            continue
+        begin = points[TIME, k - 1]
+        stop = points[TIME, k]
+        starts = False  # where the step begins, with a zero that has not counted
+        if k == 1:
+            root = root_in(e, d, begin, stop, t_old, h, scratch)
+            starts = e.begins != LEAVES and (e.direction != 0.0 or e.begins != PLAIN)
+        elif was == 0.0:
+            root = edge(e, d, begin, stop, t_old, h, scratch[0], scratch[1])
+        else:
+            root = crossing(e, d, begin, stop, t_old, h, scratch[0], scratch[1])
+        known = root == begin and not starts and (was == 0.0 or e.begins == LEAVES)
+        touches = now == 0.0 and root == stop and k < n - 1 and not points[VALUE, k + 1] * was < 0.0
+        if not known and not touches:
+            return root
+    return np.nan
 
 
 @njit(**INTERNAL)
