@@ -48,26 +48,31 @@ def with_breakpoints(given):
     return given._replace(options=options)
 
 
-def with_short_steps(problem, members, bound):
-    """The Problem of an ensemble, of whose steps one ends between any two switching times of F.
+def with_short_steps(problem, members, bounds):
+    """The Problem of an ensemble, of whose steps one ends between any two switching times.
 
-    The trajectories take their steps in compiled code, where no state is made consistent behind a
-    jump; a step from one switching time to beyond the next one could miss what lies between.
+    `bounds` are those of F and of the event functions.  The trajectories take their steps in
+    compiled code, where no state is made consistent behind a jump; a step from one switching time
+    to beyond the next one could miss what lies between.
     """
-    switches = switches_of(bound)
     p = problem
-    if switches is None:
-        return p
-    groups = bound.function.traced.trace.reads.groups
-    varying = {}
-    for j, column in members.varying.items():
-        if bound.at[j] is not None:
-            varying[groups[bound.at[j]].first] = np.asarray(column, float)
-    count = members.count if varying else 1
-    found = switches.times(flat(bound.given), p.t0, p.tf, count, varying)
-    apart = np.diff(found.t)[np.diff(found.member) == 0]
-    apart = apart[apart > 0.0]
-    return p._replace(h_max=min(p.h_max, SHARE * float(apart.min()))) if len(apart) else p
+    for bound in bounds:
+        bound = with_trace(bound, len(p.y0))
+        switches = switches_of(bound)
+        if switches is None:
+            continue
+        groups = bound.function.traced.trace.reads.groups
+        varying = {}
+        for j, column in members.varying.items():
+            if bound.at[j] is not None:
+                varying[groups[bound.at[j]].first] = np.asarray(column, float)
+        count = members.count if varying else 1
+        found = switches.times(flat(bound.given), p.t0, p.tf, count, varying)
+        apart = np.diff(found.t)[np.diff(found.member) == 0]
+        apart = apart[apart > 0.0]
+        if len(apart):
+            p = p._replace(h_max=min(p.h_max, SHARE * float(apart.min())))
+    return p
 
 
 def _limit(options, apart):

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from fastdyn.compile.python_callback import value_of
+from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.output.brent import TOLERANCE
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.events import Event
 from fastdyn.problem.options.docstrings import filled
@@ -118,6 +120,7 @@ def _solved(phases, first, asked, max_phases):
     direction = 1.0 if tf >= t else -1.0
     segments = []
     log = []
+    ended = None
     jumps = [False]
     status = -1
     message = f"`max_phases={max_phases}` was reached"
@@ -136,7 +139,7 @@ def _solved(phases, first, asked, max_phases):
             given["breakpoints"] = within(given["breakpoints"], t, tf)
         if steps_left is not None:
             given["max_steps"] = steps_left
-        watched = [phase.event, *map(_gone_on, events, seen, last)]
+        watched = [_crossed(phase, ended, asked, given, y), *map(_gone_on, events, seen, last)]
         segment = automatic.solved(
             checked(
                 phase.fun, (t, tf), y, given.pop("method", asked.method), wanted,
@@ -149,15 +152,16 @@ def _solved(phases, first, asked, max_phases):
             last[i] = float(times[-1]) if len(times) else last[i]
         if steps_left is not None:
             steps_left = max(1, steps_left - segment.n_accepted)
-        ended = segment.t_events[0]
-        end = float(ended[-1]) if len(ended) else float(segment.t[-1]) if len(segment.t) else t
+        ends = segment.t_events[0]
+        end = float(ends[-1]) if len(ends) else float(segment.t[-1]) if len(segment.t) else t
         segments.append(segment)
         log.append((name, t, tf if segment.status == 0 else end))
         status, message = segment.status, segment.message
         if message.startswith("`max_steps"):
             message = f"All the `max_steps` were taken at t = {end:.10g}: raise it."
-        if status != 1 or not len(ended):  # the end, a failure, or one of the user's `events`
+        if status != 1 or not len(ends):  # the end, a failure, or one of the user's `events`
             break
+        ended = _Crossing(phase.event, t, end, segment.y_events[0][-1])
         t = end
         name, y = _next(phase, t, segment.y_events[0][-1], asked.args)
         jumps.append(not np.array_equal(y, segment.y_events[0][-1]))
@@ -186,6 +190,46 @@ def _next(phase, t, y, args):
             f"{shown(found)}."
         )
     return name, state
+
+
+class _Crossing(NamedTuple):
+    """The event that ended a phase, at the time t and the state y."""
+
+    event: Any
+    begun: float
+    t: float
+    y: np.ndarray
+
+
+def _crossed(phase, crossing, asked, given, y):
+    """The event of a phase that begins at y behind a crossing, which does not count twice.
+
+    The root may lie before or behind the true one by its resolution, and the function of the same
+    event crosses zero once more at the start of the next phase.  The crossing goes on if the state
+    is the same, and if the time alone is what crosses, as where the function jumps.  A phase that
+    begins at a zero, as a body at rest does, did not cross.
+    """
+    if crossing is None:
+        return phase.event
+    found = Event.of(phase.event)
+    before = Event.of(crossing.event)
+    if (found.origin or found.function) is not (before.origin or before.function):
+        return phase.event
+    t = crossing.t
+    tf = asked.tf
+    by = METHODS.get(given.get("method", asked.method))
+    unit = min(1.0, abs(tf - t)) if by is None or by.has_own_results else 1.0
+    largest = max(abs(t), abs(tf) if math.isfinite(tf) else 0.0)  # see `segments_of_members`
+    near = 2 * TOLERANCE * (unit + largest)
+    same = found.direction != 0.0 and np.array_equal(y, crossing.y)
+    if not (same and abs(t - crossing.begun) > near):
+        sides = [
+            float(np.ravel(value_of(found.function, asked.args, "event", t + way * near, y))[0])
+            for way in (-1.0, 1.0)
+        ]
+        if not sides[0] * sides[1] < 0.0:
+            return phase.event
+    return found.changed(wait=max(found.wait, near), last=t)
 
 
 def _check(phases, method, events, max_phases, options):

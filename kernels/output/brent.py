@@ -32,8 +32,9 @@ def crossing(e, d, t_from, t_new, t_old, h, y, out):
 
     The polynomial d begins at t_old and belongs to a step of length h.  If the function has one
     sign at both ends (a step so short that the ends coincide), the result is the end with the
-    smaller value.  If the event changes the state, and its function stays zero, the result is the
-    time from which on the function is zero.
+    smaller value, but the start of a step where the function jumped just before.  If the event
+    changes the state, and its function stays zero, the result is the time from which on the
+    function is zero.
     """
     event = e.block
     a = t_from
@@ -45,7 +46,8 @@ def crossing(e, d, t_from, t_new, t_old, h, y, out):
     if fb == 0.0:
         return b if e.jump == 0 else edge(e, d, b, a, t_old, h, y, out)
     if (fa > 0.0) == (fb > 0.0):
-        return a if abs(fa) < abs(fb) else b
+        jumped = t_from == t_old and e.g * fa < 0.0  # at t0, and the steps begin behind
+        return a if jumped or abs(fa) < abs(fb) else b
     c = a
     fc = fa
     step = previous = b - a

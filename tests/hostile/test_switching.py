@@ -1,10 +1,9 @@
 """Random functions that switch with the time, by many solvers and ways: right, told or refused.
 
-The functions are pulses, tables and levels; the ways are those in which a function reaches a
-solver.
+The functions are pulses, tables and levels, of equations and of events; the ways are those in which
+a function reaches a solver.
 """
 
-import itertools
 import types
 import warnings
 
@@ -27,11 +26,11 @@ from fastdyn import (
     solve_phases,
 )
 
-LINES = itertools.count(100_000)
+from .occurrences import OF_EVENTS, SPAN, drawn_event, explicit, fresh
+
 KNOTS = np.linspace(0.0, 10.0, 101)
 OWN = ("Tsit5", "Vern7", "Vern9", "Rodas5P", "Taylor", "auto")
 METHODS = (*OWN, "RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA", "ode45")
-SPAN = (0.0, 10.0)
 
 
 def pulses(rng):
@@ -56,17 +55,6 @@ def pulses(rng):
         (lambda t: 1.0 if abs(t - a) < 0.5 * width else 0.0, width),
         (lambda t: max(0.0, 1.0 - abs(t - a) / width), width),
     )[rng.integers(12)]
-
-
-def fresh(fun):
-    """A copy of a function of which nobody was told yet: on a line of its own."""
-    code = fun.__code__.replace(co_firstlineno=next(LINES))
-    return types.FunctionType(code, fun.__globals__, "pulsed", None, fun.__closure__)
-
-
-def explicit(method):
-    """The method, or one that other solvers than solve_ivp take."""
-    return "Tsit5" if method == "auto" else method
 
 
 # -- ways of a pulse: each returns the integral of the input
@@ -272,7 +260,7 @@ def of_steppers(fun, method):
 
 
 OF_LEVELS = (of_first, of_repeated, at_times, of_steppers)
-EVERY = 8  # one draw of EVERY is a level
+EVERY = 8  # one draw of EVERY is a level, two are events
 # A step of SciPy's and MATLAB's pairs from a pulse to behind it, with rtol = 1e-3, has an error of
 # up to 0.1 of the pulse: the first stage has the weight 1e-3 in the estimate, and 0.1 in the sum.
 SHARES = dict.fromkeys(METHODS, 0.15) | dict.fromkeys(OWN, 0.01)
@@ -297,10 +285,19 @@ def of_a_pulse(rng, method):
     return (way.__name__, found, area), abs(found - area) < SHARES[method] * area
 
 
+def of_an_event(rng, method):
+    """As `of_a_pulse`, of a pulse of an event function."""
+    u, _ = pulses(rng)
+    way = OF_EVENTS[rng.integers(len(OF_EVENTS))]
+    found = way(drawn_event(u, rng), method)
+    return (way.__name__, found), np.all(found == 1)
+
+
 def is_right(rng, i):
     """A description of draw i, and whether its answer is right, or refused."""
     method = METHODS[rng.integers(len(METHODS))]
-    drawn = of_a_level if i % EVERY == EVERY - 1 else of_a_pulse
+    kinds = {EVERY - 1: of_a_level, EVERY - 2: of_an_event, EVERY - 3: of_an_event}
+    drawn = kinds.get(i % EVERY, of_a_pulse)
     try:
         name, right = drawn(rng, method)
     except (ValueError, NotImplementedError) as reason:  # "takes no tables", "no Taylor series"

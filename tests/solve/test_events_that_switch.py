@@ -7,7 +7,15 @@ import numba
 import numpy as np
 import pytest
 
-from fastdyn import SwitchingWarning, at, prepare, solve_dae, solve_ensemble, solve_ivp
+from fastdyn import (
+    SwitchingWarning,
+    at,
+    prepare,
+    solve_dae,
+    solve_dae_ensemble,
+    solve_ensemble,
+    solve_ivp,
+)
 from fastdyn.kernels.methods import METHODS
 
 ADAPTIVE = [name for name, m in METHODS.items() if m.error_order and not m.series]
@@ -163,3 +171,28 @@ def test_constant_steps_tell(method):
     assert not len(solve_ivp(*given, events=fresh, step=0.5).t_events[0])
     short = solve_ivp(*given, events=fresh, step=0.03)
     assert short.t_events[0] == pytest.approx([5.0, 5.1], abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["Tsit5", "RK45", "Radau", "ode45"])
+def test_a_span_that_begins_at_an_edge_has_the_edge_at_its_start(method):
+    """The steps begin behind the edge, where the function falls with y[0]."""
+    for direction, expected in ((1, [5.0]), (0, [5.0, 5.1]), (-1, [5.1])):
+
+        def short(t, y):
+            return (1.0 if 5.0 < t < 5.1 else 0.0) + 0.2 * y[0] - 0.6
+
+        short.direction = direction
+        run = solve_ivp(decay, (5.0, 10.0), [1.0], method, events=short)
+        assert run.t_events[0] == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize("method", ["BDF", "Tsit5"])
+def test_each_implicit_equation_of_many_has_its_own(method):
+    """BDF's steps end at no switching times: one ends between any two."""
+    starts = np.array([5.0, 6.0, 3.0, 8.0])
+    many = solve_dae_ensemble(
+        lambda t, y, yp, a: [yp[0] + 0.1 * y[0]], (0, 10), [1.0], args=(starts,), events=late,
+        method=method,
+    )  # fmt: skip
+    for start, found in zip(starts, many.t_events[0], strict=True):
+        assert found == pytest.approx([start, start + 0.1], abs=1e-9)

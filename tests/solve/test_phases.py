@@ -129,3 +129,45 @@ def test_a_phase_may_have_a_method_of_its_own_and_no_output():
     run = solve_phases(phases, "up", (0.0, 2.0), [1.0, 0.0], args=(0.8,), t_eval=[1.9], **OPTIONS)
     assert run.success and run.y.shape == (2, 1)
     assert solve_phases(BALL, "up", (0.0, 2.0), [1.0, 0.0], args=(0.8,), t_eval=[]).success
+
+
+def of_a_wave(event, after=lambda t, y: ("b", y)):
+    def wave(t, y):
+        return [y[1], -y[0]]
+
+    event.terminal = True
+    return {"a": Phase(wave, event, after), "b": Phase(wave, event, lambda t, y: ("a", y))}
+
+
+@pytest.mark.parametrize("method", ["RK45", "DOP853", "Tsit5", "Vern9", "Radau"])
+def test_a_crossing_that_goes_on_counts_once(method):
+    """Both phases have one event, and the motion goes on: one crossing a period."""
+    for level in np.linspace(0.2, 0.8, 7):
+
+        def upwards(t, y, level=level):
+            return y[0] - level
+
+        upwards.direction = 1
+        run = solve_phases(of_a_wave(upwards), "a", (0, 20), [0.0, 1.0], method, **OPTIONS)
+        exact = np.arcsin(level) + 2 * np.pi * np.arange(4)
+        ends = [end for *_, end in run.phases]
+        assert ends == pytest.approx([*exact[exact < 20], 20.0], abs=1e-6)
+        assert run.status == 0
+
+
+@pytest.mark.parametrize("method", ["RK45", "Tsit5", "Radau"])
+@pytest.mark.parametrize("t_jump", [5.0, 8.0, 63.7])
+def test_a_jump_that_ends_a_phase_counts_once_behind_another_state(method, t_jump):
+    def pulse(t, y):
+        return 0.7 if t_jump < t < t_jump + 0.1 else -0.3
+
+    pulse.direction = 1
+    both = of_a_wave(pulse, lambda t, y: ("b", [0.5, 0.0]))
+    run = solve_phases(both, "a", (0, 80), [0.0, 1.0], method)
+    assert [end for *_, end in run.phases] == pytest.approx([t_jump, 80.0], rel=1e-14)
+
+
+def test_a_body_at_rest_on_the_ground_does_not_fall_through():
+    """Its event is at the start of each phase, and the state behind is the same."""
+    run = solve_phases(BALL, "up", (0.0, 1.0), [0.0, 0.0], args=(0.8,), max_phases=20)
+    assert run.status == -1 and run.y[0].min() == 0.0

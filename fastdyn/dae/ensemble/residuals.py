@@ -42,7 +42,9 @@ def planned(asked, guesses, wanted):
 
     others = [bound_of(fun, mode, guesses.usual) for fun, mode in between_steps(problem)]
     bound = bound_of(problem.fun, RESIDUAL, guesses.usual)
-    problem = with_short_steps(of_python_between(problem, bound, others), guesses, bound)
+    watched = others[: len(problem.events or ())]
+    problem = of_python_between(problem, bound, others)
+    problem = with_short_steps(problem, guesses, (bound, *watched))
     indices: list[int] = []
 
     def start(i):

@@ -82,8 +82,10 @@ def _tell_unseen(problem, place, bound):
     if switches is None or _place_told(bound, p.method) in _notes_of(bound):
         return
     found = Timed(place, bound, switches, True).times(bound.given, p.y0, p.t0, p.tf, True)
-    sharp = found.t[found.sharp]
-    if len(sharp) > 1:
+    sharp = np.sort(found.t[found.sharp])
+    close = np.flatnonzero(np.diff(sharp) < p.h_max)  # else a step ends between
+    if len(close):
+        sharp = sharp[close[0] :]
         _notes_of(bound)[_place_told(bound, p.method)] = True
         name = getattr(bound.held.fun, "__name__", "an event function")
         warn(
