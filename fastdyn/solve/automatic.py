@@ -7,7 +7,7 @@ import numpy as np
 from fastdyn.compile.bind import numpy_errors_are_heard
 from fastdyn.compile.derivatives.switched import has_switches
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.sentences import told_once
+from fastdyn.compile.sentences import told_once, warn
 from fastdyn.compile.traced.known import known_trace, left_of
 from fastdyn.compile.traced.make import LONG, Near, traced_function
 from fastdyn.problem.domains import options as domains
@@ -15,7 +15,7 @@ from fastdyn.problem.events import event_list
 from fastdyn.problem.options.table import TOLERANCES, refused_among, value_of
 from fastdyn.problem.switched import longer, slid_away
 from fastdyn.run.loop import Raised
-from fastdyn.run.stiffness import FEW, Saturated, Sliding, Stiff
+from fastdyn.run.stiffness import FEW, Saturated, Sliding, Stiff, StiffnessWarning
 from fastdyn.specialise.series import NoSeries
 
 from .discrete import parted
@@ -30,6 +30,12 @@ SWITCHES = (
 # Steps of a solution along switches, after which it crawls: a solution that slides takes hundreds,
 # friction v / |v| with a guard never ends.
 MOST_ALONG = 500_000
+FOR_EVER = (
+    "'auto' took {} steps along switches of `fun`: at t = {:.6g} the solution changes sides for "
+    "ever, and the steps of {} go across. A step over such a point has an error of its own: "
+    "compare with a smaller rtol, make the change smooth, tanh(v / w) for sign(v), say, or end "
+    "the solve by an event before."
+)
 
 
 def solved(asked):
@@ -85,6 +91,7 @@ def _along_switches(asked, found):
     None if an option of the Arguments does not go together with modes, or if the solve fails: where
     the solution reaches a point on several switches ever faster, say.
     """
+    loose = asked
     asked = (_tightened(asked) if _rtol(asked) > LOOSE else None) or asked
     of_modes = longer(asked, found.of, found.chosen)
     name = _pair(asked)
@@ -100,6 +107,8 @@ def _along_switches(asked, found):
     except Stiff:
         name = "Radau"
         whole = _to_the_end(of_modes)
+    if whole.status == -1 and whole.n_accepted >= MOST_ALONG:
+        warn(FOR_EVER.format(whole.n_accepted, whole.t[-1], _pair(loose)), StiffnessWarning)
     if whole.status == -1 or slid_away(asked, found.of, found.chosen, whole.t, whole.y):
         return None
     result = parted(whole, n)
