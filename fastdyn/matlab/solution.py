@@ -132,11 +132,6 @@ class Joined(NamedTuple):
     second: Any
     time: float
 
-    @property
-    def ts(self):
-        """The times of the steps of the second run, whose direction is that of both."""
-        return self.second.ts
-
     def __call__(self, t):
         return self._joined(self.first, self.second, t)
 

@@ -43,11 +43,6 @@ def test_a_script_is_the_system(section, name, rtol):
     assert off <= np.finfo(float).eps * growth * np.abs(result.y).max()
 
 
-def test_the_ball_of_the_object_ode_lands_twice():
-    scope = run("The object ode of R2023b")
-    assert scope["S"].EventTime == pytest.approx([40 / 9.81, 1.9 * 40 / 9.81], rel=1e-12)
-
-
 def test_the_projectile_and_where_it_lands():
     scope = run("Projectile with air resistance")
     landed = systems.drag().solve(method="ode45", events="ground")

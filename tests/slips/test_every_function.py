@@ -22,7 +22,7 @@ FILES = (
 )  # fmt: skip
 TABLE = {name: entry for file in FILES for name, entry in file.TABLE.items()}
 RESULTS = {"Fit", "OdeResult", "OdeSolution", "Solution", "Reduction", "Trajectories", "Drift"}
-RESULTS |= {"BoundarySolution", "EventDefinition", "InitialValueProblem", "ODEResults"}
+RESULTS |= {"BoundarySolution"}
 OF_MATLAB = {"ode15s", "ode23", "ode23s", "ode23t", "ode23tb", "ode78", "ode89", "ode113"}
 OF_MATLAB |= {"bvp4c", "bvp5c", "bvpinit", "dde23", "ddesd", "ode15i", "odeplot"}
 OF_SCIPY = {"odeint", "ode", "complex_ode"}  # whose own sentences these have, and its own tests
