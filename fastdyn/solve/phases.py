@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from fastdyn.compile.python_callback import value_of
-from fastdyn.kernels.methods import METHODS
-from fastdyn.kernels.output.brent import TOLERANCE
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.events import Event
 from fastdyn.problem.options.docstrings import filled
@@ -211,6 +209,9 @@ def _crossed(phase, crossing, asked, given, y):
     """
     if crossing is None:
         return phase.event
+    from fastdyn.kernels.methods import METHODS  # imported late: to derive takes no compiler
+    from fastdyn.kernels.output.brent import TOLERANCE
+
     found = Event.of(phase.event)
     before = Event.of(crossing.event)
     if (found.origin or found.function) is not (before.origin or before.function):
