@@ -23,6 +23,7 @@ from fastdyn.problem.events import between_steps
 from fastdyn.problem.options.table import value_of
 from fastdyn.run.outcome import SUCCESS, result_of, results
 from fastdyn.run.solve_problem import run_of
+from fastdyn.words import kinds
 from fastdyn.words.near import did_you_mean
 
 from .history import History
@@ -44,8 +45,15 @@ OPTIONS = (
 PRECISE = 1e-6  # relative tolerance below which "auto" takes the higher order
 VANISHING = 1e-9  # share of the time below which a delay is zero: steps are not as short
 NUMBERS = {float, int, bool}
-BOTH = "`sensitivity` and `{}` do not go together in a delay equation: the jumps come back at "
-BOTH += "times that vary with the directions."
+BOTH = (
+    "`sensitivity` and `{}` do not go together in a delay equation: the jumps come back at times "
+    "that vary with the directions."
+)
+
+KINDS = {  # of the arguments of `solve_dde` and `prepare_dde`
+    "fun": kinds.function_of("(t, y, past)"), "t_eval": kinds.times, "delays": kinds.times,
+    "jumps": kinds.times, "dense_output": kinds.flag,
+}  # fmt: skip
 
 
 class Given(NamedTuple):

@@ -6,20 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 from fastdyn.problem import validate
 from fastdyn.problem.members import Members
-from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
-from .equation import Equation, Given
+from .equation import KINDS, Equation, Given
 
 if TYPE_CHECKING:
     from fastdyn.problem.argument_types import Args, Function, Functions, Times, TimeSpan
     from fastdyn.run.result import OdeResult
 
 
-@shown_when_wrong(
-    fun=kinds.function_of("(t, y, past)"), t_eval=kinds.times, delays=kinds.times,
-    jumps=kinds.times, dense_output=kinds.flag,
-)  # fmt: skip
+@shown_when_wrong(**KINDS)
 def prepare_dde(
     fun: Function,
     t_span: TimeSpan,
