@@ -31,13 +31,14 @@ from .traced.make import made, traced_function
 
 # NumPy's error state, which not all versions have; each new setting is a new object.
 _errors: Any = getattr(umath, "_extobj_contextvar", None)
-_usual = None if _errors is None else _errors.get()
+current_errors: Any = object if _errors is None else _errors.get
+USUAL_ERRORS = current_errors()
 NUMPY_ERRORS = "NumPy's errors are exceptions here (np.errstate, np.seterr)"
 
 
 def numpy_errors_are_heard():
     """Whether NumPy reports errors; functions then run in Python, as compiled code reports none."""
-    if _errors is not None and _errors.get() is _usual:
+    if current_errors() is USUAL_ERRORS:
         return False
     return not {"ignore", "warn"}.issuperset(np.geterr().values())
 

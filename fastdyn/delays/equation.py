@@ -94,7 +94,7 @@ class Equation:
         self.fun = fun
         self.args = validate.extra_arguments(args)
         self.history = before = History(history, t0, tf, self.args)
-        self._equations = equations = with_past(fun, before.n)
+        equations = with_past(fun, before.n)
         longer = before.laid_out, *self.args
         with before:
             self._slope = evaluate(called_with(equations, longer), DERIVATIVE, t0, before.y0.copy())
@@ -209,7 +209,7 @@ class Equation:
         t = float(result.t[-1])
         y = result.y[:, -1].copy()
         with self.history.asked() as times:
-            self._equations(t, y, *self.problem.args)
+            self.problem.fun(t, y, *self.problem.args)
         shortest = min((t - s for s in times), default=math.inf)
         near = VANISHING * max(abs(t), abs(t - self.history.t0))
         if shortest < -near:
@@ -317,7 +317,7 @@ class Equation:
                 result["sol"] = None
         else:
             if self._make is None or self._make[0] is not run.plan:
-                p = run.problem._replace(dense_output=False)
+                p = run.problem._replace(dense_output=False, fun=None, args=())
                 self._make = run.plan, results(p, run.plan)
             result = self._make[1](run.memory, run.grown, 0, SUCCESS)
         result["delays"] = np.array(self._known.constant)

@@ -91,10 +91,10 @@ def solve_dde(
     given = Given(
         fun, t_span, history, method, t_eval, dense_output, events, args, delays, jumps, options
     )
-    kind = repeated.kind_of(given)
-    result = repeated.solved(kind, fun, history, args)
+    key = repeated.key_of(given)
+    result = repeated.solved(key, fun, history, args)
     if result is None:
         equation = Equation(given)
         result = equation.solve()
-        repeated.keep(kind, equation)
+        repeated.keep(key, equation, fun, history)
     return result

@@ -4,24 +4,21 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.compile import memory
-from fastdyn.compile.callables import plain_function
-from fastdyn.run.solve_problem import WORDS
+from fastdyn.run import again
+from fastdyn.run.again import keyed_code
 from fastdyn.solve.repeated import Repeated
 
 from .order import time_first
 
 FLOAT = np.dtype(float)
 ARRAY = np.ndarray
-_recent = memory.Table()  # by `key_of`
 
 
 def key_of(func, y0, t, args, limits):
     """The key of a call; None for what has no length, or no code."""
     try:
-        code = plain_function(func).__code__
         n = -1 if y0.__class__ in (float, int) else len(y0)
-        return func.__class__, id(code), n, len(t), len(args), limits
+        return "odeint", func.__class__, id(keyed_code(func)), n, len(t), len(args), limits
     except (AttributeError, TypeError):
         return None
 
@@ -29,7 +26,7 @@ def key_of(func, y0, t, args, limits):
 def solved(key, func, y0, t, args, tfirst):
     """What `Again.rows` returns, of a call like an earlier one; None for the long way."""
     try:
-        found = _recent.get(key)
+        found = again.calls.get(key)
     except TypeError:  # tolerances without a hash
         return None
     if found is None:
@@ -53,11 +50,7 @@ def note(key, func, problem):
         return
     if p.callback is not None or p.t_eval[0] == p.t0:
         return
-    found = _recent.get(key)
-    if found is None:
-        new = Again(problem, plain_function(func).__code__)
-        found = _recent.put(key, new, 1 + len(p.y0) // WORDS)
-    found.count(problem)
+    again.kept(key, lambda: Again(problem, keyed_code(func)), len(p.y0)).count(problem)
 
 
 class Again(Repeated):

@@ -286,9 +286,10 @@ def _more(problem, plan):
     d_begin = plan.arrays["output.d"][0]
     spans_begin = plan.arrays["output.spans"][0]
     rows = plan.arrays["output.d"][3][1]
-    orders = "C" * plan.n_events  # for `map`, which makes so many arrays
     counts = plan.counts("n_dense", "n_events")
 
+    each_event = range(plan.n_events)
+    new_empty = EMPTY.copy
     is_complex = p.mode.complex_numbers
     dense = p.dense_output
     watched = p.events is not None
@@ -314,8 +315,11 @@ def _more(problem, plan):
                 took_place = [view(memory, name)[:n_events] for name in OCCURRENCES]
                 times, states = occurrences_of(p, *took_place)
             else:
-                times = [*map(EMPTY.copy, orders)]
-                states = [*map(EMPTY.copy, orders)]
+                times = []
+                states = []
+                for _ in each_event:
+                    times.append(new_empty())
+                    states.append(new_empty())
             found["t_events"] = times
             found["y_events"] = states
         if cut:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.code_store.call import address_of
-from fastdyn.compile.bind import numpy_errors_are_heard
+from fastdyn.compile.bind import USUAL_ERRORS, current_errors, numpy_errors_are_heard
 from fastdyn.compile.traced.known import N_LEFT
 from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.state.record import BAD_STATE, EVENT, FINISHED
@@ -22,7 +22,7 @@ from fastdyn.problem.validate import output_times
 
 from .begin import fill_atol, fill_span, unit_of_times
 from .functions.interruptible import Interruptible
-from .functions.readers import ARRAY, FLOAT, NUMBERS, is_left, reader_of, state_writer
+from .functions.readers import ARRAY, FLOAT, NUMBERS, is_left, reader_of, taken_from
 from .laid_out import new_memory
 from .loop import announce
 from .memory import MEMORY, Y0
@@ -60,6 +60,9 @@ class ReadyRun:
 
     Attributes
     ----------
+    go : callable
+        ``go(fun, y0, args, events=(), t_span=None, t_eval=None)``: the result of a solve, or None
+        if the values need the long way.  Without a span, span and times are those of the problem.
     room : ndarray
         The initial state of the next solve.
     span : tuple or None
@@ -70,11 +73,10 @@ class ReadyRun:
     """
 
     __slots__ = (
-        "_alone", "_at", "_block", "_check", "_finish", "_image", "_kernel", "_launch", "_left",
-        "_limited", "_make", "_n", "_n_left", "_own", "_pack_times", "_read", "_readers",
-        "_result", "_seen", "_sides", "_sizes", "_span", "_step", "_switched", "_t_eval",
-        "_take_state", "_times", "_until_look", "first", "in_python", "left", "problem",
-        "room", "run", "sizes", "span",
+        "_check", "_finish", "_image", "_launch", "_left", "_limited", "_make", "_n", "_n_left",
+        "_own", "_pack_times", "_readers", "_result", "_seen", "_sides", "_sizes", "_span",
+        "_step", "_switched", "_t_eval", "_times", "_until_look", "first", "go", "in_python",
+        "left", "problem", "room", "run", "sizes", "span",
     )  # fmt: skip
 
     def __init__(
@@ -88,8 +90,6 @@ class ReadyRun:
             (reader_of(run.problem, bound, fun, args), bound.block)
             for bound, fun in zip(run.bounds, functions, strict=True)
         ]
-        self._read, self._block = self._readers[0]
-        self._alone = len(run.bounds) == 1 and run.switching is None
         self.left = math.inf
         options = options or {}
         self._step, self._limited = options.get("step"), options.get("max_step") is not None
@@ -126,62 +126,78 @@ class ReadyRun:
         words[plan.at["kernels.advance"]] = run.tier.address
         launch[Y0] = address_of(self.room)
         self._launch = launch
-        self._at = run.launch_at
-        self._kernel = plan.launch
+        kernel = plan.launch
         if self.in_python:
-            self._kernel = self._calling_python
+            kernel = self._calling_python
         elif run.tier.open:
             self._until_look = 1
-            self._kernel = self._counting
+            kernel = self._counting
         self._left = run.compared.left
         self._seen = run.compared.sides
         self._n_left = -1  # this solve may have left a function to Python
         self._sides = [(memoryview(block), i) for i, block in enumerate(run.compared.deciding)]
-        self._take_state = state_writer(self.room, self._n, self._sizes)
         self._own = None
         if not problem.dense_output and plan.size <= FEW_WORDS:
             self._own = new_memory(plan.size)
             launch[MEMORY] = address_of(self._own)
         self._result = (self._make or results)(problem, plan, self._own)
+        self.go = self._laid(kernel)
 
-    def go(self, fun, y0, args, events=(), t_span=None, t_eval=None):
-        """The result of a solve, or None if the values need the long way.
+    def _laid(self, kernel):
+        """`go`, a closure over what solves share, which takes a fifth less than a method."""
+        state = self.room[: self._n]
+        words = memoryview(self.room).cast("B")  # gives its address in a third of an array's time
+        pack = struct.Struct(f"{self._n}d").pack_into
+        least, most = self._sizes or (0.0, 0.0)
+        alone = len(self.run.bounds) == 1 and self.run.switching is None
+        read, block = self._readers[0]
+        check, finish, left, sides = self._check, self._finish, self._left, self._sides
+        at, own, size, make = self.run.launch_at, self._own, self.run.plan.size, self._result
 
-        Without a span, span and times are those of the problem.
-        """
-        if numpy_errors_are_heard():
-            return None
-        if t_span is not self.span and not self.take_span(t_span):
-            return None
-        if t_eval is not None and not self.take_times(t_eval):
-            return None
-        if self._check is not None and not self._check(self, y0, args, events):
-            return None
-        if N_LEFT[0] != self._n_left and self._is_left(fun, args, events):
-            return None
-        if not self._take_state(y0):
-            return None
-        held = (
-            self._read(fun, args, self._block) if self._alone else self._read_all(fun, args, events)
-        )
-        if held is None:
-            return None
-        left = self._left
-        if left[0] <= 1:  # a comparison is due
-            self.run.take_snapshots(self.run.compared.most_places)
-        memory = self._own
-        if memory is None:
-            memory = new_memory(self.run.plan.size)
-            self._launch[MEMORY] = address_of(memory)
-        status = self._kernel(self._at)
-        if status == BAD_STATE:
-            return None
-        if left[0] <= 1 or status not in ENDS or (self._sides and self._takes_new_side()):
-            return self._finish(self, memory, status, fun, args, events)
-        left[0] -= 1
-        if status == FINISHED:
-            return self._result(memory)
-        return self._result(memory, None, *ENDS[status])
+        def go(fun, y0, args, events=(), t_span=None, t_eval=None):
+            if current_errors() is not USUAL_ERRORS and numpy_errors_are_heard():
+                return None
+            if t_span is not self.span and not self.take_span(t_span):
+                return None
+            if t_eval is not None and not self.take_times(t_eval):
+                return None
+            if check is not None and not check(self, y0, args, events):
+                return None
+            if N_LEFT[0] != self._n_left and self._is_left(fun, args, events):
+                return None
+            kind = y0.__class__
+            if kind is list or kind is tuple:
+                for number in y0:  # twice as fast as a set of types
+                    if number.__class__ is not float and number.__class__ not in NUMBERS:
+                        return None
+                try:
+                    pack(words, 0, *y0)
+                except struct.error:  # another length, or a number beyond all floats
+                    return None
+            elif not taken_from(y0, state):
+                return None
+            if most and not least <= max(map(abs, state)) <= most:
+                return None
+            held = read(fun, args, block) if alone else self._read_all(fun, args, events)
+            if held is None:
+                return None
+            if left[0] <= 1:  # a comparison is due
+                self.run.take_snapshots(self.run.compared.most_places)
+            memory = own
+            if memory is None:
+                memory = new_memory(size)
+                self._launch[MEMORY] = address_of(memory)
+            status = kernel(at)
+            if status == BAD_STATE:
+                return None
+            if left[0] <= 1 or status not in ENDS or (sides and self._takes_new_side()):
+                return finish(self, memory, status, fun, args, events)
+            left[0] -= 1
+            if status == FINISHED:
+                return make(memory)
+            return make(memory, None, *ENDS[status])
+
+        return go
 
     def _is_left(self, fun, args, events):
         """Whether a function is left to Python; looked at after another one was left."""
@@ -213,7 +229,7 @@ class ReadyRun:
         words, _ = run.words()
         words[run.plan.at["kernels.advance"]] = tier.address
         if not tier.open:
-            self._kernel = run.plan.launch
+            self.go = self._laid(run.plan.launch)
         return status
 
     def _calling_python(self, at):
@@ -230,8 +246,8 @@ class ReadyRun:
 
     def _read_all(self, fun, args, events) -> Any:
         """The values of all functions, which live until the kernel ends; None as of a reader."""
-        held = [self._read(fun, args, self._block)]
-        for i, function in enumerate(events, 1):
+        held = []
+        for i, function in enumerate((fun, *events)):
             read, block = self._readers[i]
             held.append(read(function, args, block))
         if None in held:

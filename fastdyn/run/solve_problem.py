@@ -2,7 +2,7 @@
 
 import types as python
 
-from fastdyn.compile import budget, memory
+from fastdyn.compile import budget
 from fastdyn.compile.bind import or_in_python, rebind
 from fastdyn.compile.derivatives.sparse_jacobian import (
     WiderPattern,
@@ -21,6 +21,7 @@ from fastdyn.problem.second_order_and_pairs import (
 from fastdyn.problem.validate import IMPLICIT
 from fastdyn.specialise.scalar import shared_kernel
 
+from . import again
 from .begin import shape_of, watch_of
 from .functions.bound import bind_functions, leave_writers_to_scipy
 from .functions.compared import Compared
@@ -30,10 +31,6 @@ from .matrices.check_jacobian import check_jacobian
 from .memory import plan
 from .outcome import outcome, result_of
 from .stiffness import notice, watch
-
-WORDS = 1000  # a state of so many words counts as much as a small run
-
-_idle = memory.Table()  # runs that wait for the next solve of the same code, by `_place`
 
 
 def verify(bound, probe, n):
@@ -148,15 +145,13 @@ def solve_problem(problem):
 
 def _solved(problem):
     functions = _functions(problem)
-    place = _place(problem, functions)
-
-    idle = None if place is None else _idle.get(place)
+    key = _key(problem, functions)
 
     def solve():
-        run = _taken(idle, problem, functions) or in_time(problem)
+        run = _taken(key, problem, functions) or in_time(problem)
         result = followed(problem, run)
-        if place is not None:
-            _give_back(place, idle, run, functions)
+        if key is not None:
+            _give_back(key, run, functions)
         return result
 
     return or_in_python(solve)
@@ -170,8 +165,8 @@ def followed(problem, run):
     return result
 
 
-def _place(problem, functions):
-    """The key of the idle runs that may solve a problem; None if the problem has rare options."""
+def _key(problem, functions):
+    """The key of the runs that may solve a problem; None if the problem has rare options."""
     p = problem
     if (
         p.mode is not DERIVATIVE
@@ -186,14 +181,14 @@ def _place(problem, functions):
         or len(p.segments)
     ):
         return None
-    place: list = [shape_of(p, False), p.differences, p.ends_at_switches]
+    key: list = ["run", shape_of(p, False), p.differences, p.ends_at_switches]
     if p.acts:
-        place += [event.act is None for event in p.events]
+        key += [event.act is None for event in p.events]
     for function in functions:
         if function.__class__ is not python.FunctionType:
             return None
-        place.append(id(function.__code__))
-    return tuple(place)
+        key.append(id(function.__code__))
+    return tuple(key)
 
 
 def _functions(problem):
@@ -203,11 +198,10 @@ def _functions(problem):
     return problem.fun, *[function for function, _ in between_steps(problem)]
 
 
-def _taken(idle, problem, functions):
+def _taken(key, problem, functions):
     """An idle run whose code is valid for the present functions and arguments, or None."""
-    try:
-        run = idle[0].pop()
-    except (TypeError, IndexError):  # no run is idle, or another thread took it
+    run = None if key is None else again.taken(again.calls.get(key))
+    if run is None:
         return None
     for bound, fun in zip(run.bounds, functions, strict=True):
         if not rebind(bound, fun, problem.args):
@@ -216,7 +210,7 @@ def _taken(idle, problem, functions):
     return run
 
 
-def _give_back(place, idle, run, functions):
+def _give_back(key, run, functions):
     """Keep a run for the next solve, one for each piece of code, without data of the last solve."""
     for bound in run.bounds:
         if bound.function is None:
@@ -224,8 +218,5 @@ def _give_back(place, idle, run, functions):
     run.let_go()
     for bound in run.bounds:
         bound.held.take(None, ())
-    if idle is None:
-        codes = [function.__code__ for function in functions]  # kept alive: their ids are keys
-        _idle.put(place, ([run], codes), 1 + run.plan.n // WORDS)
-    elif not idle[0]:
-        idle[0].append(run)
+    codes = [function.__code__ for function in functions]
+    again.kept(key, lambda: again.Kind(codes), run.plan.n).give_back(run)

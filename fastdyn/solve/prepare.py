@@ -18,10 +18,10 @@ from fastdyn.problem.options.names import ARGUMENTS, refuse_unknown
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.second_order_and_pairs import mode_for, probe_equations
 from fastdyn.problem.sensitivities import check_adjoint, check_method
+from fastdyn.run.again import Solver
 from fastdyn.run.loop import announce
 from fastdyn.run.ready import ReadyRun
 from fastdyn.run.solve_problem import run_of, solve_problem
-from fastdyn.run.solver import Solver
 from fastdyn.words.calls import shown_when_wrong
 from fastdyn.words.kinds import shown
 

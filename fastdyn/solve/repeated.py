@@ -3,24 +3,22 @@
 State, span, times of output, arguments, closure and outside values may change from call to call.
 """
 
-import functools
 import math
 import types as python
 from typing import Any
 
 import numpy as np
 
-from fastdyn.compile import memory
-from fastdyn.compile.callables import is_jitted
 from fastdyn.compile.derivatives.sensitivities import decides
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.problem.events import Event, asked_of, bare, of_own
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.sensitivities import Tolerances, directions_of, with_sensitivities
+from fastdyn.run import again
+from fastdyn.run.again import Solver, keyed_code
 from fastdyn.run.ready import ReadyRun
-from fastdyn.run.solve_problem import WORDS, in_time, run_of
-from fastdyn.run.solver import Solver
+from fastdyn.run.solve_problem import in_time, run_of
 from fastdyn.run.stiffness import notice, watch
 
 from .sensitivities import at_events, parted
@@ -28,7 +26,6 @@ from .sensitivities import at_events, parted
 FUNCTION = python.FunctionType
 DERIVATIVES = "sensitivity", "adjoint"
 LARGEST, SMALLEST = 2.0**60, 2.0**-60  # sizes of a state
-_recent = memory.Table()  # by the kind of a call
 
 
 def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options):
@@ -42,12 +39,12 @@ def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, ar
     try:
         if options or t_eval is not None or events is not None or dense_output or vectorized:
             rest, others = _rest(t_eval, dense_output, events, vectorized, options)
-        code = fun.__code__ if fun.__class__ is FUNCTION else _code(fun)
+        code = fun.__code__ if fun.__class__ is FUNCTION else keyed_code(fun)
         kind = (fun.__class__, id(code), len(y0), method, len(args), *rest)
         try:
-            found = _recent.get(kind)
+            found = again.calls.get(kind)
         except TypeError:  # lists and arrays have no hash
-            found = _recent.get(_hashable(kind))
+            found = again.calls.get(_hashable(kind))
     except (AttributeError, TypeError):  # a callable without code, or values without a hash
         return None
     if found is None or args.__class__ is not tuple:
@@ -91,19 +88,21 @@ def note(asked, method, problem):
             or a.vectorized
         ):
             rest, _ = _rest(a.t_eval, a.dense_output, a.events, a.vectorized, options)
-        kind = _hashable((a.fun.__class__, id(_code(a.fun)), len(a.y0), method, len(a.args), *rest))
-        found = _recent.get(kind)
+        kind = a.fun.__class__, id(keyed_code(a.fun)), len(a.y0), method, len(a.args), *rest
+        found = again.kept(_hashable(kind), lambda: _repeated(a, problem), len(problem.y0))
     except (AttributeError, TypeError):
         return
-    if found is None:
-        kept = problem, a.options
-        new = Repeated(*kept)
-        if a.sensitivity is not None:
-            new = WithSensitivities(*kept, a.sensitivity)
-        elif a.adjoint is not None:
-            new = WithAdjoint(*kept, a.adjoint)
-        found = _recent.put(kind, new, 1 + len(problem.y0) // WORDS)
     found.count(problem)
+
+
+def _repeated(asked, problem):
+    """The Repeated for calls like those of Arguments."""
+    a = asked
+    if a.sensitivity is not None:
+        return WithSensitivities(problem, a.options, a.sensitivity)
+    if a.adjoint is not None:
+        return WithAdjoint(problem, a.options, a.adjoint)
+    return Repeated(problem, a.options)
 
 
 def _rest(t_eval, dense_output, events, vectorized, options):
@@ -138,7 +137,7 @@ def _watched(events):
     key = []
     functions = []
     for event in events:
-        key += id(_code(event)), asked_of(event)
+        key += id(keyed_code(event)), asked_of(event)
         if isinstance(event, Event):
             if event.has_occurred:
                 raise TypeError
@@ -157,16 +156,6 @@ def _hashable(kind):
         else value
         for value in kind
     ])  # fmt: skip
-
-
-def _code(fun):
-    """The code of a callable: of a partial that of its function, of an object that of its class."""
-    kind = fun.__class__
-    if kind is FUNCTION or kind is python.MethodType or is_jitted(fun):
-        return fun.__code__
-    if kind is Event:
-        return _code(fun.function)
-    return _code(fun.func) if kind is functools.partial else kind.__call__.__code__
 
 
 def may_come_again(problem, options):
@@ -192,13 +181,12 @@ def may_come_again(problem, options):
 
 
 class Repeated(Solver):
-    """Calls of one kind; `codes` are kept alive, because their ids are in the key."""
+    """Calls of one kind."""
 
     make: Any = None  # in place of `outcome.results`
 
     def __init__(self, problem, options):
-        super().__init__()
-        self.codes = [_code(f) for f in (problem.fun, *_functions(problem))]
+        super().__init__([keyed_code(f) for f in (problem.fun, *_functions(problem))])
         self._options = options
 
     def ready(self, problem):

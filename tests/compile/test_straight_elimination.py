@@ -8,7 +8,7 @@ from fastdyn.compile import memory
 from fastdyn.compile.linear_systems.straight_elimination import FULL, straight_routines
 from fastdyn.kernels.algebra import lapack
 from fastdyn.kernels.jit.options import njit
-from fastdyn.run import solve_problem
+from fastdyn.run import again
 from fastdyn.run.matrices import layouts as matrices
 from support.loops import by_columns, by_complex_kernels, by_kernels
 from support.stiff import PROBLEMS, counts, solved
@@ -84,7 +84,7 @@ def test_solutions_are_those_by_loops(name, method, monkeypatch):
 
     one, many = both()
     monkeypatch.setattr(matrices, "straight_routines", lambda *given: None)
-    monkeypatch.setattr(solve_problem, "_idle", memory.Table())
+    monkeypatch.setattr(again, "calls", memory.Table())
     expected, of_many = both()
     assert counts(one) == counts(expected)
     assert np.array_equal(one.y, expected.y) and np.array_equal(many.y_end, of_many.y_end)

@@ -6,8 +6,9 @@ import pickle
 import numpy as np
 import pytest
 
-from fastdyn.delays import prepare_dde, repeated, solve_dde
+from fastdyn.delays import prepare_dde, solve_dde
 from fastdyn.delays.equation import Equation, Given
+from fastdyn.run import again
 
 OPTIONS = {"rtol": 1e-7, "atol": 1e-8, "compile": "shared"}
 
@@ -170,7 +171,8 @@ def test_between_calls_nothing_of_the_user_is_held():
 
     for _ in range(3):
         solve_dde(made(0.5), (0, 2), history, args=(0.7,))
-    held = [e for entry in repeated._recent.entries.values() for e in entry.value]
+    waiting = [e for entry in again.calls.entries.values() for e in entry.value.idle]
+    held = [e for e in waiting if isinstance(e, Equation)]
     assert held
     for e in held:
         assert e.fun is e.problem.fun is e._run.problem.fun is e._run.memory is None

@@ -10,9 +10,8 @@ import scipy.sparse
 from fastdyn import solve_ivp
 from fastdyn.compile import memory
 from fastdyn.kernels.calls.block import BAND, FULL, NARROW, OUTSIDE
-from fastdyn.run import checkpoint, loop, solve_problem
+from fastdyn.run import again, checkpoint, loop
 from fastdyn.run.matrices import layouts as matrices
-from fastdyn.solve import repeated
 from support.stiff import counts
 
 pytestmark = [
@@ -124,8 +123,7 @@ def test_rodas_has_the_end_of_full_matrices_in_each_layout(kind, mass, monkeypat
     options = {"mass": np.diag(1.0 + np.arange(len(network.y0)) % 3)} if mass else {}
     found = solved(solve_ivp, network, "Rodas5P", **options)
     monkeypatch.setattr(matrices, "SMALL", 10**9)
-    monkeypatch.setattr(solve_problem, "_idle", memory.Table())
-    monkeypatch.setattr(repeated, "_recent", memory.Table())
+    monkeypatch.setattr(again, "calls", memory.Table())
     whole = solved(solve_ivp, network, "Rodas5P", **options)
     assert found.n_accepted == whole.n_accepted
     # Nothing is iterated: what differs is rounding, some eps times the condition 1 + h |J| < 1e3.
@@ -139,8 +137,7 @@ def test_lsoda_takes_the_steps_of_full_matrices_in_each_layout(kind, monkeypatch
     monkeypatch.setattr(matrices, "layout_of", looked)
     found = solved(solve_ivp, network, "LSODA")
     monkeypatch.setattr(matrices, "_takes_all", lambda *given: True)
-    monkeypatch.setattr(solve_problem, "_idle", memory.Table())
-    monkeypatch.setattr(repeated, "_recent", memory.Table())
+    monkeypatch.setattr(again, "calls", memory.Table())
     whole = solved(solve_ivp, network, "LSODA")
     kinds = [layout.kind for layout in seen]  # of a run each, and of a run that is made ready
     assert (kinds[0], kinds[-1]) == (KINDS[kind], FULL) and set(kinds) <= {KINDS[kind], FULL}
@@ -159,8 +156,7 @@ def test_the_norm_by_which_lsoda_changes_its_formulas_is_that_of_a_full_matrix(m
     options = {"rtol": 1e-6, "atol": np.tile([1e-9, 1e-5], 20)}
     found = solve_ivp(oscillators, (0, 60), y0, "LSODA", **options)
     monkeypatch.setattr(matrices, "_takes_all", lambda *given: True)
-    monkeypatch.setattr(solve_problem, "_idle", memory.Table())
-    monkeypatch.setattr(repeated, "_recent", memory.Table())
+    monkeypatch.setattr(again, "calls", memory.Table())
     whole = solve_ivp(oscillators, (0, 60), y0, "LSODA", **options)
     assert counts(found) == counts(whole) and np.array_equal(found.y, whole.y)
 

@@ -11,6 +11,7 @@ import pytest
 import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.kernels.methods.taylor.accuracy import order_for
+from fastdyn.run import again
 from fastdyn.solve import ivp, repeated
 from support.repeated import CALLS, assert_same, closure, is_plain, plain, warm, was_ready
 
@@ -25,7 +26,7 @@ def pendulum(t, y):
 
 @pytest.fixture(autouse=True)
 def nothing_known(monkeypatch):
-    monkeypatch.setattr(repeated, "_recent", fastdyn.compile.memory.Table())
+    monkeypatch.setattr(again, "calls", fastdyn.compile.memory.Table())
 
 
 SPANS = [

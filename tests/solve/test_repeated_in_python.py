@@ -13,8 +13,9 @@ import scipy.integrate
 
 from fastdyn import prepare, solve_ivp
 from fastdyn.integrate import odeint
-from fastdyn.run.solver import MOST_IN_PYTHON
-from fastdyn.solve import repeated
+from fastdyn.run import again
+from fastdyn.run.again import MOST_IN_PYTHON
+from fastdyn.run.ready import ReadyRun
 from support.repeated import CALLS, START, assert_same, in_threads, is_plain, plain, warm, was_ready
 
 pytestmark = [
@@ -168,7 +169,8 @@ def test_a_function_that_can_be_compiled_later_is(monkeypatch):
 
 
 def ready_runs():
-    return [each for entry in repeated._recent.entries.values() for each in entry.value.idle]
+    waiting = [each for entry in again.calls.entries.values() for each in entry.value.idle]
+    return [each for each in waiting if isinstance(each, ReadyRun)]
 
 
 def test_another_function_of_the_code_may_be_compiled():

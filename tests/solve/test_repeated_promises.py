@@ -13,9 +13,9 @@ import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.compile import background
 from fastdyn.compile.compare import Different
-from fastdyn.run import loop
+from fastdyn.run import again, loop
 from fastdyn.run.functions import compared
-from fastdyn.solve import repeated
+from fastdyn.solve.repeated import Repeated
 from support.repeated import (
     CALLS,
     START,
@@ -34,7 +34,7 @@ def pendulum(t, y):
 
 @pytest.fixture(autouse=True)
 def nothing_known(monkeypatch):
-    monkeypatch.setattr(repeated, "_recent", fastdyn.compile.memory.Table())
+    monkeypatch.setattr(again, "calls", fastdyn.compile.memory.Table())
 
 
 def test_stiffness_is_noticed():
@@ -161,7 +161,8 @@ def test_a_faster_kernel_takes_over(first, monkeypatch):
         monkeypatch.setattr(shared_or_inlined, price, 0.0)
     expected = solve_ivp(fun, (0, 1), START, compile="shared")
     warm(solve_ivp, fun, (0, 1), START)
-    (solver,) = [e.value for e in repeated._recent.entries.values() if e.value.idle]
+    kinds = [entry.value for entry in again.calls.entries.values()]
+    (solver,) = [kind for kind in kinds if isinstance(kind, Repeated) and kind.idle]
     for _ in range(3):
         for _ in range(200):
             assert_same(expected, solve_ivp(fun, (0, 1), START))

@@ -1,10 +1,10 @@
 """A process in which nothing has been said yet."""
 
 from fastdyn.compile import memory, sentences
-from fastdyn.solve import repeated
+from fastdyn.run import again
 
 
 def unsaid(monkeypatch):
     """Forget what was said, and the kept runs, which say nothing again."""
     monkeypatch.setattr(sentences, "_warned", memory.Table())
-    monkeypatch.setattr(repeated, "_recent", memory.Table())
+    monkeypatch.setattr(again, "calls", memory.Table())

@@ -1,12 +1,23 @@
-"""Solves of one kind by runs that are ready, and when runs are made ready."""
+"""The same call again: one store of what a call of a known kind finds ready.
 
+A kind is known by its key: the door, ids of the code of functions, lengths, options.  The values of
+a call (state, arguments, closures, outside values) are in no key; they are read at each call.
+"""
+
+import functools
+import types as python
 from typing import Any
 
+from fastdyn.compile import memory
 from fastdyn.compile.bind import leave_to_python
+from fastdyn.compile.callables import is_jitted
 from fastdyn.compile.sentences import GaveUp, WritesToState
+from fastdyn.problem.events import Event
 
 from .outcome import result_of
 from .ready import ReadyRun
+
+WORDS = 1000  # a state of so many words counts as much as a small run
 
 # A ReadyRun is made, in 0.3 ms, after so many solves in a row that went the long way.  The number
 # doubles with each ReadyRun up to MOST_MISSES, and beyond for functions that get no ReadyRun.
@@ -14,22 +25,75 @@ FEWEST_MISSES, MOST_MISSES = 2, 8
 # Solves in Python after which compiled code is looked for again, which takes 0.3 to 0.7 ms.
 FEWEST_IN_PYTHON, MOST_IN_PYTHON = 8, 256
 
+calls = memory.Table()  # of Kinds, by their keys
 
-class Solver:
+
+class Kind:
+    """What calls of one kind share.
+
+    Attributes
+    ----------
+    idle : list
+        The runs that no thread has, without objects of the user.  A thread has a run from `pop` on
+        until the run is in the list again.
+    codes : sequence of code
+        These are kept alive, because their ids are in the key.
+    """
+
+    def __init__(self, codes=()):
+        self.idle: list[Any] = []
+        self.codes = codes
+
+    def give_back(self, run):
+        """Keep a run for the next call, unless one waits already."""
+        if not self.idle:
+            self.idle.append(run)
+
+
+def taken(kind):
+    """A run of a Kind, or of None, which no other thread has; None if there is none."""
+    try:
+        return kind.idle.pop()
+    except (AttributeError, IndexError):
+        return None
+
+
+def kept(key, make, n):
+    """The Kind of a key: the known one, or a new one, for runs of n components."""
+    found = calls.get(key)
+    return calls.put(key, make(), 1 + n // WORDS) if found is None else found
+
+
+def keyed_code(fun) -> Any:
+    """The code of a callable: of a partial that of its function, of an object that of its class.
+
+    Raises
+    ------
+    AttributeError
+        The callable has no code.
+    """
+    kind = fun.__class__
+    if kind is python.FunctionType or kind is python.MethodType or is_jitted(fun):
+        return fun.__code__
+    if kind is Event:
+        return keyed_code(fun.function)
+    return keyed_code(fun.func) if kind is functools.partial else kind.__call__.__code__
+
+
+class Solver(Kind):
     """Makes solves of one kind on Runs that are ready.
 
     Attributes
     ----------
     problem : validate.Problem
         The problem of all solves, whose values solves replace.
-    idle : list of ReadyRun
-        The runs that no thread uses.
     """
 
     problem: Any
+    idle: list[ReadyRun]
 
-    def __init__(self):
-        self.idle: list[ReadyRun] = []
+    def __init__(self, codes=()):
+        super().__init__(codes)
         self._misses, self._most, self._is_refused = 0, FEWEST_MISSES, True
         self._lasts = FEWEST_IN_PYTHON
 
