@@ -37,6 +37,7 @@ FOR_ALL = {  # name: function in `kernels`, signature in `specialise`
     "wisdom holman": ("methods.wisdom_holman.steps.advance", "signatures.ADVANCE"),
     "sweep": ("stepping.backward.sweep", "signatures_of_sweeps.SWEEP"),
     "replay": ("stepping.backward.replay", "signatures_of_sweeps.REPLAY"),
+    "steps": ("stepping.backward_whole.steps_between", "signatures_of_sweeps.STEPS"),
     "sweep whole": ("stepping.backward_whole.sweep_whole", "signatures_of_sweeps.SWEEP_WHOLE"),
     "sweep of kicks": ("stepping.backward_splitting.sweep", "signatures_of_sweeps.SWEEP_OF_KICKS"),
     "replay of kicks": (

@@ -155,3 +155,24 @@ def test_steps_beyond_the_limit_of_stability_are_shortened(name, step):
     expected = solved("Vern9", rtol=1e-9, atol=1e-9)[1]
     assert np.abs(r.y).max() < 3 and after > before
     assert np.abs(found - expected).max() < 0.5 * np.abs(expected).max()
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.SwitchingWarning")
+@pytest.mark.parametrize("t_eval", [None, np.array([0.5, 1.0])])
+def test_constant_steps_pass_the_switches_of_an_input(t_eval):
+    """They end nowhere else for a sweep, the second time as the first, and keep their length."""
+    u = np.random.default_rng(2).normal(size=20)
+
+    def fun(t, y, u):
+        return [u[min(int(t * 20), 19)] - y[0], y[0] - 0.5 * y[1]]
+
+    def solved(u, **how):
+        return solve_ivp(fun, (0, 1), [1.0, 0.5], "RK4", t_eval, args=(u,), step=0.08, **how)
+
+    plain = solved(u).y
+    for _ in range(3):
+        r = solved(u, adjoint="u")
+        assert np.array_equal(r.y, plain)
+        g = np.cos(np.arange(r.y.size)).reshape(r.y.shape)
+        rows = [np.sum(g * (solved(u + e).y - solved(u - e).y)) / 2 for e in np.eye(20)]
+        assert np.abs(r.vjp(g)["u"] - rows).max() < 1e3 * EPS  # some 30 sums of 13 steps

@@ -66,6 +66,41 @@ def test_what_the_user_changes_later():
     assert r.vjp(g)["k"].shape == (2,) and isinstance(r.vjp(g)["c"], float)
 
 
+HELD = np.linspace(0.0, 1.0, 11)
+SAMPLED = {  # input(t, u), for 11 samples u
+    "held": lambda t, u: u[min(int(abs(t) * 10), 10)],
+    "interpolated": lambda t, u: np.interp(abs(t), HELD, u),
+}
+
+
+@pytest.mark.parametrize("name", SAMPLED)
+@pytest.mark.parametrize("method", ["Tsit5", "RK45", "Vern9"])
+def test_steps_that_end_at_switching_times(name, method):
+    """Forward, backward, from and to knots, with breakpoints; neighbours that are equal or not."""
+    source = SAMPLED[name]
+    rng = np.random.default_rng(len(name))
+
+    def fun(t, y, u, a):
+        return [-a * y[0] + source(t, u), y[0] - 0.5 * y[1] ** 2]
+
+    laid = 0
+    for span, breakpoints in (
+        ((0, 1), None), ((1, 0), None), ((0, -1), None), ((0.13, 0.5), None), ((0, 1), [0.33, 0.5])
+    ):  # fmt: skip
+        given = {"breakpoints": breakpoints} if breakpoints else {}
+        t_eval = np.linspace(*span, 6)
+        for i in range(6):
+            u = rng.normal(size=11)
+            u[3 : 3 + i] = u[3]
+            args = (u, 0.7)
+            r = solve_ivp(fun, span, [1.0, 0.5], method, t_eval, args=args, **HOW, **given)
+            first = solve_ivp(fun, span, [1.0, 0.5], method, t_eval, args=[*args], **HOW, **given)
+            g = rng.normal(size=r.y.shape)
+            laid += is_laid(r)
+            assert np.array_equal(flat(r.vjp(g)), flat(first.vjp(g)))
+    assert laid >= 15
+
+
 def test_what_is_wrong_is_told_as_by_first_calls():
     for i in range(7):
         r, _ = both(lambda t, y, k: [k * y[0]], (0, 1), [1.0], (1.0 + i,), [0.5, 1.0])

@@ -89,6 +89,22 @@ def test_functions_and_arrays_are_followed(outside, n):
                 assert_same(plain(START, (other,)), mine(START, (other,)))
 
 
+def test_numbers_of_a_table_that_must_rise_are_followed():
+    """What all numbers of an array must meet is asked again where one of them has changed."""
+    knots = np.array([0.0, 0.5, 1.0, 2.0])
+
+    def fun(t, y, u):
+        return [np.interp(t, knots, u) - y[0]]
+
+    u = np.array([1.0, 0.0, 3.0, 2.0])
+    mine, long = both_ways(fun, y0=[1.0], args=(u,))
+    assert is_plain(mine, [1.5], (u,))
+    for i, value in ((1, 0.25), (1, 1.5), (1, 0.5), (0, -1.0), (0, 0.0), (2, np.nan), (2, 1.0)):
+        knots[i] = value
+        for _ in range(3):
+            assert_same(long([1.5], (u,)), mine([1.5], (u,)))
+
+
 def test_a_function_with_attributes_and_defaults():
     def fun(t, y, a=2.0):
         return [-a * y[0] + scale(y[0])]

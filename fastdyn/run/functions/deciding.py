@@ -25,19 +25,21 @@ POINTS = 7  # rows of room, see the kernel
 class Deciding:
     """Decides for the present values in the block of a Bound which Candidates matter.
 
-    `sharp` tells whether anybody asks which of them are sharp.
+    `sharp` tells whether anybody asks which of them are sharp; `fixed` are the indices of the
+    values by which no derivatives are taken.
     """
 
-    def __init__(self, bound, switches, sharp):
+    def __init__(self, bound, switches, sharp, fixed):
         self._bound = bound
         self._switches = switches
         self._sharp = sharp
+        self._fixed = fixed
         self._count = 0
         self._found = None
         self._marks = b""
         self._call: Any = None
         self._times: Any = None
-        self._others: Any = None  # for other values of what is differentiated: their key, masks
+        self._others: Any = None  # for other values of what is differentiated: their key, marks
 
     def times(self, found, given, y):
         """The Times among Candidates; the same object if nothing has changed."""
@@ -68,26 +70,25 @@ class Deciding:
         block[FIRST:] = self._bound.block[FIRST:]
         if found is not self._found or not self._marks:
             self._lay(found)
-        others = self._of_others(found, given) if len(self._switches.differentiated) else None
+        if len(self._switches.differentiated):
+            self._take_others(found, given)
         call()
-        marks = self._room.tobytes() if self._sharp else (self._room >= KEPT).tobytes()
-        if marks != self._marks or (others is not None and others is not self._others):
-            self._marks, self._others, n = marks, others, len(found.t)
-            masks = self._room[:n] >= KEPT, self._room[:n] > KEPT, self._room[n:] >= KEPT
-            if others is not None:
-                masks = [one | other for one, other in zip(masks, others[1], strict=True)]
+        room = self._room if self._others is None else np.maximum(self._room, self._others[1])
+        marks = room.tobytes() if self._sharp else (room >= KEPT).tobytes()
+        if marks != self._marks:
+            self._marks = marks
+            n = len(found.t)
+            masks = room[:n] >= KEPT, room[:n] > KEPT, room[n:] >= KEPT
             self._times = decided.with_ends(found, *masks)
         return self._times
 
-    def _of_others(self, found, given):
-        """The key and the masks of Candidates for other values of what is differentiated."""
-        values = flat(given)
-        others = self._switches.looked_at(values)[1]
-        values[self._switches.differentiated] = 0.0
-        key = values.tobytes()
-        if found is self._found and self._others is not None and self._others[0] == key:
-            return self._others
-        return key, decided.masks(self._switches, found, [others], {})
+    def _take_others(self, found, given):
+        """Decide for other values of what is differentiated, once for those that are fixed."""
+        key = key_of(given, self._fixed)
+        if self._others is None or self._others[0] != key:
+            looked_at = self._switches.looked_at(flat(given))[1:]
+            keep, sharp, at_ends = decided.masks(self._switches, found, looked_at, {})
+            self._others = key, KEPT * np.concatenate([keep * (1.0 + sharp), at_ends])
 
     def _lay(self, found):
         """Give the kernel other times; those that are sure are marked once."""
@@ -135,6 +136,12 @@ class Deciding:
             return made.compiled()
         except Refusal:
             return None
+
+
+def key_of(given, places):
+    """The values at these places, to be compared."""
+    values = [given[i] for i in places]
+    return [v.tobytes() if isinstance(v, np.ndarray) else v for v in values]
 
 
 def _number(graph, node):

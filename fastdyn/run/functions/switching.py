@@ -56,11 +56,12 @@ def switching_of(problem, bound, others=(), python_between=False):
     compiled = own[0].function is not None
     if not compiled and p.method.error_order and not len(p.segments) and untold(bound, len(p.y0)):
         warn(UNKNOWN % getattr(bound.held.fun, "__name__", "fun"), SwitchingWarning)
+    by = p.differentiated if p.method.error_order and not n_pair else ()
     if compiled and (ends or _place_told(bound, p.method) not in _notes_of(bound)):
         for place, each in enumerate(own):
-            parts.append((place, each, switches_of(each, held)))
-    if p.differentiated and not n_pair:
-        hidden.append((0, bound, switches_of(bound, (), p.differentiated)))
+            parts.append((place, each, switches_of(each, held, by if ends else ())))
+    if by and not ends:
+        hidden.append((0, bound, switches_of(bound, (), by)))
     for place, each in enumerate(others[: len(p.events or ())], 1 + n_pair):
         if p.method.error_order:
             hidden.append((place, each, switches_of(each, held)))

@@ -12,7 +12,7 @@ from fastdyn.compile.traced.known import facts_of, late_trace
 from fastdyn.trace.reads.reads import flat
 from fastdyn.trace.switching.divisions import MOST_TOLD
 
-from .deciding import Deciding
+from .deciding import Deciding, key_of
 
 KEPT = "switching times"  # a key of a Function's notes
 
@@ -35,14 +35,17 @@ class Timed:
         self.bound = bound
         self.switches = switches
         self._sharp = sharp
-        self._deciding = Deciding(bound, switches, sharp)
         begin = 0
         self._groups = []
+        fixed = []
         for i, group in enumerate(bound.function.traced.trace.reads.groups):
             end = begin + (1 if group.shape is None else math.prod(group.shape))
             if any(slots.start < end and slots.stop > begin for slots in switches.slots_of_times):
                 self._groups.append(i)
+            if begin not in switches.differentiated:
+                fixed.append(i)
             begin = end
+        self._deciding = Deciding(bound, switches, sharp, fixed)
 
     def times(self, given, y, t0, tf, decides):
         """The Times in a span from the state y; all that may matter, unless it `decides`."""
@@ -57,8 +60,7 @@ class Timed:
         """The Candidates in a span; the last ones of the function are kept."""
         switches = self.switches
         notes = self.bound.function.notes
-        values = [given[i] for i in self._groups]
-        key = [v.tobytes() if isinstance(v, np.ndarray) else v for v in values]
+        key = key_of(given, self._groups)
         if switches.held:
             key += [float(y[i]) for i in switches.held]
         most = MOST_TOLD if self._sharp else None

@@ -5,8 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.code_store import Call
 from fastdyn.kernels.methods.adjoint import Steps
 from fastdyn.kernels.state.record import Y
+from fastdyn.specialise import scalar
 
 
 class Occurrence(NamedTuple):
@@ -57,34 +59,12 @@ class Leg(NamedTuple):
 
 def leg_of(problem, t, rows, states, seen=(), ends=()):
     """A Leg; its first time is that of the start of the solve, or that of an action."""
-    begin = t[:-1].copy()
-    end = t[1:].copy()
-    fresh = np.zeros(len(end), np.int64)
-    fresh[:1] = 1
-    segments = problem.segments
-    if len(segments) and len(end):
-        begin[0] = _start(segments, t[0])
-    if len(segments) and problem.method.error_order:  # constant steps have no breakpoints
-        of_t = {stored: i for i, stored in enumerate(segments[:, 2].tolist())}
-        for j in np.flatnonzero(np.isin(end, segments[:, 2])):
-            i = of_t[t[j + 1]]
-            end[j] = segments[i, 1]
-            if j + 1 < len(end):
-                begin[j + 1] = segments[i + 1, 0]
-                fresh[j + 1] = 1
-    h = end - begin
+    n_steps = len(t) - 1
+    steps = Steps(*np.empty((3, n_steps)), np.empty(n_steps, np.int64))
+    Call(scalar.steps_kernel(), t, problem.segments, *steps)()
     if not problem.method.error_order:
-        h = np.full(len(end), problem.h if problem.tf >= problem.t0 else -problem.h)
-    return Leg(t, Steps(begin, end, h, fresh), rows, states, list(seen), list(ends))
-
-
-def _start(segments, t):
-    """The time at which a solve begins again at t: see `begin` in `kernels/output/jumps.py`."""
-    forwards = segments[-1, 1] >= segments[0, 0]
-    for first, end in segments[:, :2].tolist():
-        if (end > t) if forwards else (end < t):
-            return max(first, t) if forwards else min(first, t)
-    return t
+        steps.h[:] = problem.h if problem.tf >= problem.t0 else -problem.h
+    return Leg(t, steps, rows, states, list(seen), list(ends))
 
 
 def legs_of(run):

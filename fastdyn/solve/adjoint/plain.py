@@ -1,6 +1,6 @@
 """The `vjp` of a plain solve in repeated calls: a sweep whose memory is laid out once.
 
-A plain solve is one by an explicit method without events and breakpoints whose states are all kept.
+A plain solve is one by an explicit method without events whose states are all kept.
 Its `vjp` is a Vjp that holds the steps only, and becomes a whole one when more is asked.
 """
 
@@ -16,6 +16,7 @@ from fastdyn.kernels.methods.adjoint import Seeds, Steps
 from fastdyn.kernels.state.record import RUNNING
 from fastdyn.kernels.stepping.backward import COSINE, LARGEST
 from fastdyn.problem.sensitivities import START
+from fastdyn.problem.step_options import NO_SEGMENTS
 from fastdyn.specialise import scalar
 
 from .backward import backward_of
@@ -23,6 +24,11 @@ from .vjp import ALWAYS_STABLE, Vjp
 
 FLOAT = np.dtype(float)
 MORE = 64  # steps for which a sweep has room at first
+
+
+def _steps(n):
+    """Room for n steps."""
+    return Steps(*np.zeros((3, n)), np.zeros(n, np.int64))
 
 
 class Laid:
@@ -38,17 +44,16 @@ class Laid:
         rows = np.zeros((len(times), n))
         beta = np.zeros(backward.n_weights)
         seeds = Seeds(times, none, rows, beta, np.zeros(1, np.int64))
-        steps = Steps(none, none, np.zeros(MORE), np.zeros(MORE, np.int64))
         self._call = call = Call(
-            scalar.sweep_whole_kernel(), *backward.fields, *steps, states, *seeds, block, block,
-            *memory, np.zeros((n, n_points)), *tolerances,
+            scalar.sweep_whole_kernel(), *backward.fields, *_steps(MORE), NO_SEGMENTS, states,
+            *seeds, block, block, *memory, np.zeros((n, n_points)), *tolerances,
         )  # fmt: skip
-        names = "steps.t", "steps.end", "states", "seeds.t", "seeds.ends", "block", "own", "given.g"
+        names = "segments", "states", "seeds.t", "seeds.ends", "block", "own", "given.g"
         self._places = [call.place(name) for name in names]
         self._room = MORE
         self._lam = backward.lam
 
-    def over(self, t, states, times, blocks, g):
+    def over(self, t, states, segments, times, blocks, g):
         """Go back over a solve: the status, lam, the gradient behind n numbers, and the gauge.
 
         The arrays are those of the memory, and valid until the next call.
@@ -57,16 +62,13 @@ class Laid:
         words = self._call.words
         if n_steps > self._room:
             self._room = 2 * n_steps
-            self._call["steps.h"] = np.zeros(self._room)
-            self._call["steps.fresh"] = np.zeros(self._room, np.int64)
-        at, end, of_states, of_times, ends, own, pull, of_g = self._places
-        address = address_of(t)
+            for name, room in _steps(self._room)._asdict().items():
+                self._call[f"steps.{name}"] = room
+        of_segments, of_states, of_times, ends, own, pull, of_g = self._places
         own_block, block = blocks
-        words[at] = address
-        words[at + 1] = n_steps
-        words[end] = address + 8
-        words[end + 1] = n_steps
-        words[ends] = address
+        words[of_segments] = address_of(segments)
+        words[of_segments + 1] = len(segments)
+        words[ends] = address_of(t)
         words[ends + 1] = n_steps + 1
         words[of_states] = address_of(states)
         words[of_states + 1] = n_steps + 1
@@ -146,8 +148,8 @@ class PlainVjp(Vjp):
     ----------
     sweeps : Sweeps
     solve : tuple
-        Times of the steps, their states, the times of the outputs, the blocks of the equations and
-        of their product.
+        Times of the steps, their states, the segments of the span, the times of the outputs, the
+        blocks of the equations and of their product.
     whole : callable
         ``whole()`` is a Vjp of the same solve; it keeps what the blocks need.
     """
@@ -156,7 +158,7 @@ class PlainVjp(Vjp):
         self._sweeps = sweeps
         self._solve = solve
         self._whole = whole
-        self._shape = solve[1].shape[1], len(solve[2])
+        self._shape = solve[1].shape[1], len(solve[3])
 
     def __getattr__(self, name) -> Any:
         """An attribute of the whole Vjp, which is made now."""

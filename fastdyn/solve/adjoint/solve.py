@@ -172,12 +172,12 @@ class Again:
         if legs is None:
             memory, shared = result["vjp"]
             steps = steps_in(run.plan, memory, len(times), taken["t0"], ready.room, shared)
-        if steps is not None and not len(taken["segments"]) and self._is_plain():
+        if steps is not None and self._is_plain():
             self._schedule.left[0] -= 1
             blocks = run.bounds[0].block.copy(), block
             pairs = zip(self._copied, (given, values), blocks, strict=True)
             both = [copied.copied(*pair) for copied, *pair in pairs]
-            solve = (*steps, times, blocks)
+            solve = (*steps, taken["segments"], times, blocks)
             bound = run.bounds[0]
 
             def whole():

@@ -83,10 +83,21 @@ def _inside_table(o, i, slots):
 
 def _inside_interpolation(o, x, slots):
     knots, heights = o.of.data
+    i = _piece(knots, x)
+    odd = np.arange(len(o.g.tables[knots])) % 2
+    of_odd = o.g.table(odd)
+    at_odd = i.read("table", of_odd)
+    teeth = x.read("interpolate", (knots, of_odd))  # the one search for all slots
+    share = at_odd + (1.0 - 2.0 * at_odd) * teeth  # of the piece that is before x
+
+    def hat(unit):
+        low = i.read("table", unit)
+        return low + ((i + 1).read("table", unit) - low) * share
+
     for slot, unit in _units(o, heights, slots):
-        yield slot, x.read("interpolate", (knots, unit))
+        yield slot, hat(unit)
     for slot, unit in _units(o, knots, slots):
-        yield slot, -(_slope_of_chord(o, x) * x.read("interpolate", (knots, unit)))
+        yield slot, -(_slope_of_chord(o, x) * hat(unit))
 
 
 def _units(o, name, slots):

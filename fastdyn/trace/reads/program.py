@@ -16,6 +16,7 @@ from ..written import function_of
 from .reads import flat
 
 MISSING = object()
+MOST_KEPT = 2**12  # numbers of an array whose bytes are kept: to compare them takes 1 us
 # Exceptions of a step or a check that cannot be done: the trace does not hold.
 ERRORS = (AttributeError, KeyError, IndexError, TypeError, ValueError)
 STEPS = {  # from a parent to a part of the parent
@@ -79,6 +80,7 @@ class _Writer:
     def __init__(self, reads):
         self.reads = reads
         self.lines: list[str] = []
+        self.of_contents: dict[int, list[str]] = {}  # by the row of an array
         self.scope: dict = dict(NAMES)
         self.values = [self._value(group.row) for group in reads.groups]
         self.given = "".join([f"{value}, " for value in self.values])
@@ -88,6 +90,7 @@ class _Writer:
             self._read(i)
         self._compare_objects()
         self._compare_numbers(zeros)
+        self._compare_contents()
         if address_of is not None:
             self.scope["address_of"] = address_of
             self._pack(first)
@@ -132,14 +135,18 @@ class _Writer:
             return f"o{i}"
         return f"a{row.key}" if row.step == "root" else f"v{i}"
 
-    def _demand(self, condition):
-        self.lines.append(f"if not ({condition}): return None")
+    def _demand(self, condition, lines=None):
+        lines = self.lines if lines is None else lines
+        lines.append(f"if not ({condition}): return None")
 
     def _read(self, i):
         row = self.reads.rows[i]
         value = self._value(i)
         if row.step == "known":
             return
+        lines = self.lines
+        if row.check == "ascending":
+            lines = self.of_contents.setdefault(row.parent, [])
         if row.parent >= 0:
             step = ABSENT.get(row.step) if row.check == "absent" else None
             step = step or STEPS[row.step]
@@ -147,12 +154,12 @@ class _Writer:
                 step = STEPS["member"]
             key = repr(row.key) if type(row.key) in (int, str) else self._named(row.key)
             text = step.format(parent=self._value(row.parent), key=key, name=row.key)
-            self.lines.append(f"{value} = {text}")
+            lines.append(f"{value} = {text}")
         if row.check is not None:
             text = CHECKS[row.check]
             parts = [*map(self._named, row.expected)] if "{0}" in text else ()
             expected = "" if parts else self._named(row.expected)
-            self._demand(text.format(*parts, value=value, expected=expected))
+            self._demand(text.format(*parts, value=value, expected=expected), lines)
 
     def _compare_objects(self):
         pattern = self.reads.pattern
@@ -175,7 +182,8 @@ class _Writer:
         for group, value in zip(reads.groups, self.values, strict=True):
             here = zeros[(zeros >= group.first) & (zeros < group.first + group.size)] - group.first
             if len(here):
-                self._demand(f"not ravel({value})[{self._named(here)}].any()")
+                own = self.of_contents.setdefault(group.row, [])
+                self._demand(f"not ravel({value})[{self._named(here)}].any()", own)
         for node in live(reads.assumed.values()):
             parts = [f"n{part.key}" for part in node.args]
             if node.op == "const":
@@ -191,6 +199,20 @@ class _Writer:
             self.lines.append(f"n{node.key} = {text}")
             if node.key in reads.assumed:
                 self._demand(f"same(n{node.key}, {self._named(node.value)})")
+
+    def _compare_contents(self):
+        """Make the demands on all numbers of arrays; not again on those that have met them."""
+        for i, lines in self.of_contents.items():
+            value = self._value(i)
+            group = next(group for group in self.reads.groups if group.row == i)
+            if group.shape is None or group.size > MOST_KEPT:
+                self.lines += lines
+                continue
+            seen = self._named([b""])
+            self.lines += [
+                f"b{i} = {value}.tobytes()", f"if b{i} != {seen}[0]:",
+                *["    " + line for line in lines], f"    {seen}[0] = b{i}",
+            ]  # fmt: skip
 
     def _slot(self, slot):
         i = self.reads.group(slot)
