@@ -1,5 +1,6 @@
 """Options of steps: tolerances, step sizes, the segments of a span with breakpoints."""
 
+import bisect
 import math
 
 import numpy as np
@@ -129,37 +130,61 @@ def segments_of_span(breakpoints, t0, tf):
     times = np.asarray(breakpoints, dtype=float)
     if times.ndim != 1 or np.isnan(times).any():
         raise ValueError("`breakpoints` must be a 1-D array of times that are not NaN.")
-    return segments_of_members(None, times, t0, tf)[0]
+    way = 1.0 if tf >= t0 else -1.0
+    u = np.sort(way * times)  # rises along the span
+    listed = u.tolist()
+    early = bisect.bisect_left(listed, way * t0)
+    late = bisect.bisect_right(listed, way * tf)
+    off = _off(u[early:late], t0, tf)
+    first = bisect.bisect_right(listed, way * t0 + 4 * off, early, late)
+    last = bisect.bisect_left(listed, way * tf - 4 * off, early, late)
+    begin = t0 + way * off if first > early else t0
+    tf = last_time(tf)
+    end = tf - way * off if last < late else tf
+    u = u[first:last]
+    if len(u) > 1:
+        apart = u[1:] - u[:-1] > 4 * off
+        if not apart.all():
+            u = u[np.concatenate([[True], apart])]
+    times = way * u
+    found = np.empty((len(u) + 1, 3))
+    found[0, 0] = begin
+    found[1:, 0] = times + way * off
+    found[:-1, 1] = times - way * off
+    found[:-1, 2] = times
+    found[-1, 1:] = end, tf
+    return found
 
 
-def segments_of_members(member, times, t0, tf, count=1):
+def _off(u, t0, tf):
+    """The distance of segments from the breakpoints u within the span."""
+    largest = max(abs(t0), abs(tf) if math.isfinite(tf) else 0.0)
+    if len(u) and not math.isfinite(tf):
+        largest = max(largest, float(np.abs(u[np.isfinite(u)]).max(initial=0.0)))
+    return 4 * EPS * largest
+
+
+def segments_of_members(member, times, t0, tf, count):
     """Segments of the spans of `count` members, and the first row of each, and the number of rows.
 
     Segments end a few roundings of the time before the breakpoint and begin as far behind, so that
-    a derivative with a jump is evaluated on the right side.
+    a derivative with a jump is evaluated on the right side.  Those of a single member are the same
+    as by `segments_of_span`.
 
     Parameters
     ----------
-    member : ndarray of int or None
-        The member to which each time belongs; None for a single one.
+    member : ndarray of int
+        The member to which each time belongs.
     times : ndarray
         Breakpoints in any order.
     """
     way = 1.0 if tf >= t0 else -1.0
     u = way * times  # rises along the span
     inside = (u >= way * t0) & (u <= way * tf)
-    u = u[inside]
-    if member is None:
-        u.sort()
-        member = np.zeros(len(u), int)
-    else:
-        order = np.lexsort((u, member[inside]))
-        u = u[order]
-        member = member[inside][order]
-    largest = max(abs(t0), abs(tf) if math.isfinite(tf) else 0.0)
-    if len(u) and not math.isfinite(tf):
-        largest = max(largest, float(np.abs(u[np.isfinite(u)]).max(initial=0.0)))
-    off = 4 * EPS * largest
+    order = np.lexsort((u[inside], member[inside]))
+    u = u[inside][order]
+    member = member[inside][order]
+    off = _off(u, t0, tf)
     early = u <= way * t0 + 4 * off
     late = u >= way * tf - 4 * off
     begins, ends = np.zeros((2, count))

@@ -170,21 +170,21 @@ class LaidOut(PythonBetween):
             self._lay("output.t_eval", self._t_eval)
         if self.problem.told is not None:
             self._lay("output.told", self.problem.told)
+        if self.switching is not None:
+            self._lay("output.looks", self.switching.looks)
         self.lay_segments(self.problem.segments)
 
     def lay_segments(self, segments):
         """Give the kernel the segments of the span, or the changes that steps may jump over."""
         self.segments = segments
         switching = self.switching
-        watch = watch_of(self.problem)
-        if len(segments):
-            watch = watch_kernel()
-        if len(segments) or switching is not None:  # which may have had segments before
+        ends = len(segments)
+        if ends or switching is not None:  # which may have had segments before
             self._lay("output.segments", segments)
         if switching is not None:
             self._lay("output.changes", switching.changes)
-            self._lay("output.looks", switching.looks)
-            watch = watch_kernel() if len(switching.changes) else watch
+            ends += len(switching.changes)
+        watch = watch_kernel() if ends else watch_of(self.problem)
         self._words[self.plan.at["begin.watch"]] = watch.address
 
     def make_room(self):

@@ -300,7 +300,8 @@ class ReadyRun:
             h_max = length * p.method.h_max_share
         elif h_max < 10 * math.ulp(max(abs(t0), abs(tf))):  # the run might never end
             return False
-        fill_span(self._image, t0, tf, h, h_max, p.segments)
+        if self.run.switching is None:  # else see `_switch`
+            fill_span(self._image, t0, tf, h, h_max, p.segments)
         if p.events:
             table = self.run.plan.view(self._image, "events.table")
             table["unit"] = unit_of_times(p, t0, tf)

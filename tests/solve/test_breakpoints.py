@@ -10,6 +10,7 @@ from scipy.integrate import OdeSolver
 import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.kernels.methods import METHODS
+from fastdyn.problem.step_options import segments_of_members, segments_of_span
 from fastdyn.problem.validate import SHARED_METHODS
 from fastdyn.systems import building
 
@@ -200,3 +201,21 @@ def test_constant_steps_have_no_breakpoints(method):
     with pytest.warns(UserWarning, match="no effect .*`breakpoints`"):
         result = solve_ivp(*given, step=0.3, breakpoints=[0.5, 1.0])
     assert np.array_equal(result.t, plain.t) and np.array_equal(result.y, plain.y)
+
+
+def test_segments_of_one_span_are_those_of_many():
+    """Breakpoints at the ends, within roundings of each other, beyond the span, in any order."""
+    rng = np.random.default_rng(0)
+    ends = (0.0, 1.0, -1.0, 1e6, 0.3, 1e-7, 1e-300, math.inf, -math.inf)
+    near = (0.0, 1e-16, 1e-15, -1e-15, 3e-15, 1e-10, 1e-9, 0.1, -0.1)
+    for _ in range(2000):
+        t0, tf = rng.choice(ends, 2, replace=False)
+        if math.isinf(t0):
+            continue
+        last = tf if math.isfinite(tf) else 3.0
+        m = rng.integers(0, 8)
+        times = rng.choice((t0, last, 0.5 * (t0 + last)), m)
+        times = times + rng.choice(near, m) * rng.integers(-3, 4, m)
+        alone = segments_of_span(times, t0, tf)
+        found, rows = segments_of_members(np.zeros(m, int), times, t0, tf, 1)
+        assert np.array_equal(alone, found) and rows.tolist() == [0, len(alone)]

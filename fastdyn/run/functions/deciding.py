@@ -4,11 +4,13 @@ A first solve decides by NumPy (`trace.switching.decided`), in a millisecond and
 code.  From the MANYth decision on, the numbers that meet the state have code of their own.
 """
 
+import struct
 from typing import Any
 
 import numpy as np
 
 from fastdyn.code_store import Call
+from fastdyn.code_store.call import address_of
 from fastdyn.compile.mode import TIMED
 from fastdyn.kernels.calls.block import ADDRESS, FIRST
 from fastdyn.specialise.scalar import decide_kernel
@@ -19,7 +21,9 @@ from fastdyn.trace.switching import decided
 
 MANY = 3  # decisions; the code costs as much as some five decisions by NumPy
 KEPT = 1.0  # of the kernel's marks; SHARP is larger
+MOST_KEPT = 16  # Times of the same Candidates
 POINTS = 7  # rows of room, see the kernel
+_pack_span = struct.Struct("2d").pack_into
 
 
 class Deciding:
@@ -39,6 +43,7 @@ class Deciding:
         self._marks = b""
         self._call: Any = None
         self._times: Any = None
+        self._by_marks: dict = {}
         self._others: Any = None  # for other values of what is differentiated: their key, marks
 
     def times(self, found, given, y):
@@ -77,9 +82,14 @@ class Deciding:
         marks = room.tobytes() if self._sharp else (room >= KEPT).tobytes()
         if marks != self._marks:
             self._marks = marks
-            n = len(found.t)
-            masks = room[:n] >= KEPT, room[:n] > KEPT, room[n:] >= KEPT
-            self._times = decided.with_ends(found, *masks)
+            times = self._by_marks.get(marks)
+            if times is None:
+                if len(self._by_marks) == MOST_KEPT:
+                    self._by_marks.clear()
+                n = len(found.t)
+                masks = room[:n] >= KEPT, room[:n] > KEPT, room[n:] >= KEPT
+                times = self._by_marks[marks] = decided.with_ends(found, *masks)
+            self._times = times
         return self._times
 
     def _take_others(self, found, given):
@@ -92,18 +102,23 @@ class Deciding:
 
     def _lay(self, found):
         """Give the kernel other times; those that are sure are marked once."""
-        call = self._call
-        nothing = np.empty(0)
         self._found = found
         self._marks = b""
+        self._by_marks = {}
         self._others = None
-        first, last = found.span
-        call["limits.first"] = first
-        call["limits.last"] = last
-        call["t"], call["weight"] = (nothing, nothing) if found.sure else (found.t, found.weight)
-        call["ends"] = np.ascontiguousarray(found.at_ends[1])
-        self._room = np.full(len(found.t) + len(found.at_ends[1]), 2.0 * KEPT)
-        call["marks"] = self._room[len(found.t) :] if found.sure else self._room
+        self._ends = ends = np.ascontiguousarray(found.at_ends[1])
+        n = len(found.t)
+        self._room = room = np.empty(n + len(ends))
+        room[:] = 2.0 * KEPT
+        room = room[n:] if found.sure else room
+        n = 0 if found.sure else n
+        given = (found.t, n), (found.weight, n), (ends, len(ends)), (room, len(room))
+        words = self._call.words
+        span, *places = self._places
+        _pack_span(words, 8 * span, *found.span)
+        for at, (array, count) in zip(places, given, strict=True):
+            words[at] = address_of(array)
+            words[at + 1] = count
 
     def _compiled(self):
         """The call of the kernel; None if the numbers have no code of their own."""
@@ -125,6 +140,8 @@ class Deciding:
         room = (np.zeros((POINTS, n)), np.zeros((2, n)))
         nothing = np.empty(0)
         self._call = Call(decide_kernel(), self._block, *limits, *[nothing] * 3, *room, nothing)
+        names = "limits.first", "t", "weight", "ends", "marks"
+        self._places = [self._call.place(name) for name in names]
         return self._call
 
     def _made(self):

@@ -24,6 +24,7 @@ from .timed import Timed, held_of, switches_of, untold, with_trace
 
 TOLD = "told of a lost change"  # a key of a Function's notes
 NO_TIMES = np.empty(0)
+MOST_KEPT = 16  # segments for other times: samples of an input have few patterns of equal ones
 UNKNOWN = (
     "`%s` runs in Python until its code is ready, and its switching times are not known yet: if it "
     "switches with the time, a step may jump over two changes. Solve again later, take `prepare`, "
@@ -137,6 +138,7 @@ class Switching:
         self.looks = NO_TIMES if events else np.array(p.method.looks)
         self.decides = True  # whether those of the changes that steps look at are left out
         self._last: Any = None
+        self._kept: dict = {}  # the last ones
         self.held = sorted({i for each in (*parts, *hidden) for i in each.switches.held})
         acts = p.acts or any(each.jump is not None for each in p.schedules)
         self.follows = (bool(self.held) and acts) or python_between
@@ -161,10 +163,17 @@ class Switching:
         found = [each.times(given[each.place], y, t0, tf, decides) for each in self.parts]
         hidden = [each.times(given[each.place], y, t0, tf, True) for each in self.hidden]
         key = *map(id, (*found, *hidden)), t0, tf, h_max, id(asked)
-        if self._last is None or self._last[0] != key:
-            kept = self._segments(found, hidden, t0, tf, h_max, asked)
-            self._last = key, kept, found, hidden, asked
-        return self._last[1]
+        last = self._last
+        if last is None or last[0] != key:
+            last = self._kept.get(key)
+            if last is None:
+                if len(self._kept) == MOST_KEPT:
+                    self._kept.clear()
+                kept = self._segments(found, hidden, t0, tf, h_max, asked)
+                last = self._kept[key] = key, kept, self.changes, found, hidden, asked
+            self._last = last
+            self.changes = last[2]
+        return last[1]
 
     def _segments(self, found, hidden, t0, tf, h_max, asked):
         shown = found
@@ -239,7 +248,7 @@ class Switching:
         if not i:
             return
         a, b = self.changes[i - 1 : i + 1].tolist()
-        found = zip(self.parts, self._last[2], strict=True)
+        found = zip(self.parts, self._last[3], strict=True)
         own = (each.bound for each, times in found if a in times.t)
         bound = next(own, self._bound)  # a copy of a Stepper may have sought other times last
         place = _place_told(bound, self._method)

@@ -107,25 +107,26 @@ def kept(jump, weight):
 
 def all_of(found):
     """The Times of Candidates that all matter."""
-    if not len(found.at_ends[0]):
-        return Times(found.member, found.t, np.ones(len(found.t), bool), found.end)
-    every = [np.ones(len(each), bool) for each in (found.t, found.at_ends[0])]
-    return with_ends(found._replace(sure=True), every[0], *every)
+    every = Times(found.member, found.t, np.ones(len(found.t), bool), found.end)
+    return _and_at_ends(every, found.at_ends, True)
 
 
 def with_ends(found, keep, sharp, at_end):
     """The Times of Candidates that are to be kept, within the span and at its ends."""
-    member = found.member[keep]
-    t = found.t[keep]
-    sharp = sharp[keep]
-    if not np.any(at_end):
-        return Times(member, t, sharp, found.end)
-    more, times = (each[at_end] for each in found.at_ends)
-    member = np.r_[member, more]
-    t = np.r_[t, times]
-    sharp = np.r_[sharp, np.full(len(more), found.sure)]
+    within = Times(found.member[keep], found.t[keep], sharp[keep], found.end)
+    return _and_at_ends(within, [each[at_end] for each in found.at_ends], found.sure)
+
+
+def _and_at_ends(within, at_ends, sharp):
+    """The Times within a span, and those at its ends."""
+    more, times = at_ends
+    if not len(more):
+        return within
+    member = np.concatenate([within.member, more])
+    t = np.concatenate([within.t, times])
     order = np.lexsort((t, member))
-    return Times(member[order], t[order], sharp[order], found.end)
+    ends = np.full(len(more), sharp)
+    return Times(member[order], t[order], np.concatenate([within.sharp, ends])[order], within.end)
 
 
 def _changes(switches, found, looked_at, varying):

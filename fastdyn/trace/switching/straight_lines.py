@@ -5,8 +5,9 @@ Each expression is a height at t = 0 and a slope, computed from the present para
 microseconds; the times are formulas of these two, of whole numbers, and of the knots of tables.
 """
 
+import bisect
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ..operations import OPERATIONS
 from .decided import FAR, ROUNDINGS, Candidates
 
 NO_MEMBERS = np.empty(0, int)
+NO_TIMES = np.empty(0)
 LINE, STEPS, OTHER = range(3)  # kinds of expressions; STEPS are constant between switching times
 PHASE = {"sin": 0.5, "cos": 0.0, "tan": 0.5}  # whole numbers of x / pi + PHASE are turns
 
@@ -43,29 +45,45 @@ class TooMany(Exception):
         self.length = length
 
 
-class Grid(NamedTuple):
-    """Times on a line: those of a table's knots, or all whole numbers of ``height + slope t``."""
+class Knots:
+    """Rising times, most of them those of the knots of tables, with weights."""
 
-    knots: Any  # rising times; None for whole numbers
-    weight: Any = None  # of each knot
-    height: float = 0.0
-    slope: float = 0.0
+    def __init__(self, t, weight):
+        self._t = t
+        self._weight = weight
+        self._listed = t.tolist()  # in which a search takes a fifth of that in an array
+        self.gap = float((t[1:] - t[:-1]).min(initial=math.inf))
 
     def within(self, first, last, most):
         """The times from first to last, and their weights."""
-        if self.knots is not None:
-            begin = self.knots.searchsorted(first)
-            end = self.knots.searchsorted(last, "right")
-            return self.knots[begin:end], None if self.weight is None else self.weight[begin:end]
+        begin = bisect.bisect_left(self._listed, first)
+        end = bisect.bisect_right(self._listed, last)
+        return self._t[begin:end], self._weight[begin:end]
+
+
+class Whole(NamedTuple):
+    """The times at which ``height + slope t`` is a whole number."""
+
+    height: float
+    slope: float
+
+    @property
+    def gap(self):
+        """The smallest distance of two times."""
+        return 1.0 / abs(self.slope)
+
+    def within(self, first, last, most):
+        """As of Knots; raises TooMany."""
         if not (self.slope and math.isfinite(self.slope) and math.isfinite(self.height)):
-            return (), None
+            return NO_TIMES, NO_TIMES
         low, high = sorted((self.height + self.slope * first, self.height + self.slope * last))
         count = high - low
         if count > most:
             raise TooMany(0.5 * most / abs(self.slope))
         whole = np.arange(math.ceil(low - 1e-9), math.floor(high + 1e-9) + 1.0)
         t = np.sort((whole - self.height) / self.slope)
-        return t[(t >= first) & (t <= last)], None
+        t = t[(t >= first) & (t <= last)]
+        return t, np.zeros(len(t))
 
 
 class StraightLines:
@@ -96,22 +114,27 @@ class StraightLines:
         self.sure = all(rule == "zeros" for rule, _ in rules)
 
     def grids(self, values, varying=()):
-        """The times of zeros, and the Grids; zeros are arrays for members that vary."""
+        """The times of zeros for members that vary, each an array, and Knots and Wholes."""
         lines: dict = {}
         with np.errstate(all="ignore"):
             for node in self._nodes:
                 of = [lines.get(a.key) for a in node.args]
                 lines[node.key] = self._line(node, of, values, varying or {})
             zeros = []
-            grids = []
+            knots = []
+            wholes = []
             for rule, node in self._rules:
+                of = [lines.get(a.key) for a in node.args]
                 if rule == "zeros":
-                    zeros.append(_crossing(*[lines[a.key] for a in node.args]))
+                    zeros.append(_crossing(*of))
+                elif rule == "knots":
+                    knots.append(self._knots(node, of, values))
                 else:
-                    grids.append(
-                        self._grid(rule, node, [lines.get(a.key) for a in node.args], values)
-                    )
-        return zeros, grids
+                    wholes.append(_whole(rule, node, of))
+        if varying:
+            return zeros, ()
+        known = np.array(sorted([t for t in map(float, zeros) if math.isfinite(t)]))
+        return (), (_joined((known, np.zeros(len(known))), *knots), *wholes)
 
     def candidates(self, grids, first, last, end, count, most):
         """The Candidates between two times; raises TooMany."""
@@ -124,42 +147,36 @@ class StraightLines:
             member, place = np.nonzero((t >= early) & (t <= late))
             t = t[member, place]
             order = np.lexsort((t, member))
-            return _sorted(member[order], t[order], None, (first, last), end, off, True, count)
-        t = np.array(sorted([t for t in zeros if early <= t <= late]))
-        weight = None
-        found = [each for grid in lines if len((each := grid.within(early, late, most))[0])]
-        if found:
-            weight = [np.zeros(len(t)) if w is None else w for t, w in ((t, None), *found)]
-            t = np.concatenate([t, *[t for t, _ in found]])
-            weight = np.concatenate(weight)
-            if len(t) > most:
-                raise TooMany(0.5 * (last - first))
+            return _of_members(member[order], t[order], (first, last), end, off, count)
+        own, *wholes = lines
+        t, weight = own.within(early, late, most)
+        gap = own.gap
+        for grid in wholes:
+            more, weights = grid.within(early, late, most)
+            if not len(more):
+                continue
+            gap = 0.0 if len(t) else grid.gap
+            t = np.concatenate([t, more])
             order = t.argsort()
             t = t[order]
-            weight = weight[order]
-        elif not len(t):
-            return Candidates(NO_MEMBERS, t, t, (NO_MEMBERS, t), (first, last), end, self.sure)
-        return _sorted(None, t, weight, (first, last), end, off, self.sure)
+            weight = np.concatenate([weight, weights])[order]
+        if len(t) > most:
+            raise TooMany(0.5 * (last - first))
+        return _of_one(t, weight, (first, last), end, off, self.sure, gap)
 
-    def _grid(self, rule, node, of, values):
+    def _knots(self, node, of, values):
+        """The times at the knots of a table, in rising order, and their weights."""
         height, slope = of[0]
-        if rule == "turns":
-            return Grid(None, None, float(height / np.pi + PHASE[node.op]), float(slope / np.pi))
-        if rule == "quotient":
-            return Grid(None, None, float(height / of[1][0]), float(slope / of[1][0]))
-        if rule == "whole":
-            shift = 0.5 if node.op == "rint" else 0.0
-            return Grid(None, None, float(height + shift), float(slope))
         data = contents(node, self._graph.tables, values)
         knots = np.asarray(data[0], float)
-        weight = None
+        weight = np.zeros(len(knots))
         if degree(node) > 1:
             heights = np.asarray(self._graph.compute(node, [knots], values), float)
             weight = self._weigh(knots, heights)
+        if not slope:
+            return NO_TIMES, NO_TIMES
         t = (knots - height) / slope
-        if slope < 0.0:
-            return Grid(t[::-1].copy(), None if weight is None else weight[::-1].copy())
-        return Grid(t if slope else t[:0], weight)
+        return (t, weight) if slope > 0.0 else (t[::-1], weight[::-1])
 
     def _line(self, node, of, values, varying):
         """(height, slope) of a node from those of its operands."""
@@ -186,30 +203,65 @@ class StraightLines:
         return a / b, slope / b
 
 
-def _sorted(member, t, weight, span, end, off, sure, count=1):
-    """The Candidates of sorted times, of which those that are equal to rounding become one."""
-    member = np.zeros(len(t), int) if member is None else member
-    weight = np.zeros(len(t)) if weight is None else weight
+def _joined(*parts):
+    """The Knots of several pairs of rising times and their weights."""
+    t, weight = map(np.concatenate, zip(*parts, strict=True))
+    known = np.isfinite(t)
+    order = t[known].argsort()
+    return Knots(t[known][order], weight[known][order])
+
+
+def _whole(rule, node, of):
+    """The Whole of a node, from the lines of its operands."""
+    height, slope = of[0]
+    if rule == "turns":
+        return Whole(float(height / np.pi + PHASE[node.op]), float(slope / np.pi))
+    if rule == "quotient":
+        return Whole(float(height / of[1][0]), float(slope / of[1][0]))
+    return Whole(float(height + (0.5 if node.op == "rint" else 0.0)), float(slope))
+
+
+def _of_one(t, weight, span, end, off, sure, gap):
+    """The Candidates of sorted times, of which those that are equal to rounding become one.
+
+    No two times are nearer than `gap`.
+    """
+    first, last = span
+    begin = 0
+    stop = len(t)
+    while begin < stop and t.item(begin) - first <= off:
+        begin += 1
+    while begin < stop and last - t.item(stop - 1) <= off:
+        stop -= 1
+    ends = [first] * (begin > 0) + [last] * (stop < len(t))
+    at_ends = NO_MEMBERS, NO_TIMES
+    if ends:
+        at_ends = np.zeros(len(ends), int), np.array(ends)
+    t = t[begin:stop]
+    weight = weight[begin:stop]
+    if stop - begin > 1 and gap <= 2.0 * off:
+        apart = t[1:] - t[:-1] > off
+        if not apart.all():
+            at = np.flatnonzero(np.concatenate([[True], apart]))
+            t = t[at]
+            weight = np.maximum.reduceat(weight, at)
+    return Candidates(np.zeros(len(t), int), t, weight, at_ends, span, end, sure)
+
+
+def _of_members(member, t, span, end, off, count):
+    """As `_of_one`, for the zeros of several members, which are sure."""
     first, last = span
     early = t - first <= off
     near = early | (last - t <= off)
-    at_ends = member[near], np.where(early[near], first, last)
-    if near.any():
-        keep = ~near
-        member = member[keep]
-        t = t[keep]
-        weight = weight[keep]
-        if len(at_ends[0]) > 1:
-            at_ends = tuple(np.unique(np.array(at_ends), axis=1))
-            at_ends = at_ends[0].astype(int), at_ends[1]
-    if len(t) > 1:
-        begins = np.r_[True, (t[1:] - t[:-1] > off) | (member[1:] != member[:-1])]
-        if not begins.all():
-            at = np.flatnonzero(begins)
-            member = member[at]
-            t = t[at]
-            weight = np.maximum.reduceat(weight, at)
-    return Candidates(member, t, weight, at_ends, span, end, sure, count)
+    ends = np.unique(np.array([member[near], np.where(early[near], first, last)]), axis=1)
+    keep = ~near
+    member = member[keep]
+    t = t[keep]
+    apart = np.ones(len(t), bool)
+    apart[1:] = (t[1:] - t[:-1] > off) | (member[1:] != member[:-1])
+    at_ends = ends[0].astype(int), ends[1]
+    none = np.zeros(int(apart.sum()))
+    return Candidates(member[apart], t[apart], none, at_ends, span, end, True, count)
 
 
 def _crossing(line, other=(0.0, 0.0)):
