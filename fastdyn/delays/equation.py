@@ -15,7 +15,7 @@ from fastdyn.compile.bind import (
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.python_callback import called_with, evaluate
 from fastdyn.compile.sentences import GaveUp
-from fastdyn.kernels.output.arguments import RESIDUALS, SHORT, STAGES
+from fastdyn.kernels.output.arguments import GROWN, RESIDUALS, SHORT, STAGES
 from fastdyn.kernels.state.record import FINISHED
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked
@@ -353,8 +353,8 @@ def _looks(problem, known):
     p = problem
     looks = SHORT if known.varying or shorter_than_steps(known.constant, p) else 0
     unseen = known.varying or known.derivatives or known.decides  # jumps may be
-    if unseen and p.method.name not in STIFF:  # where errors are small, residuals are not
-        looks |= RESIDUALS
+    if p.method.name not in STIFF:  # of which residuals are not small where errors are
+        looks |= RESIDUALS if unseen else GROWN
     if p.method.name == COUPLED and (known.constant or known.varying):
         looks |= STAGES
     return looks

@@ -229,3 +229,4 @@ STEPPING = 2  # a step is being taken: only then is the past within the step a p
 SHORT = 1  # in PAST_LOOKS: steps may contain their past
 RESIDUALS = 2  # the residual of the interpolant is bounded
 STAGES = 4  # the error of the interpolant between Radau's stages is bounded
+GROWN = 8  # the residual of a step that is far longer than the last is bounded

@@ -292,6 +292,10 @@ def state_before(history, place, t, now, order, first, out):
         _of_history(words, t0, order, first, out)
         return 0
     at = _found(spans, count, t, words[PAST_HINT + place])
+    if at == 0 and t < spans[0, 0] - BEYOND * max(abs(t), abs(t0)):  # no longer kept
+        for i in range(len(out)):
+            out[i] = float("nan")
+        return 0
     words[PAST_HINT + place] = at
     size = spans[at, 1]
     place_of = words[PAST_D] + 8 * at * words[PAST_ROWS] * words[PAST_N]

@@ -5,6 +5,7 @@ import pytest
 
 from fastdyn.delays import solve_dde
 from fastdyn.delays.equation import EXPLICIT
+from fastdyn.kernels.output.past.steps import GROWTH, OF_GROWN, SAMPLES
 from support.shifted_copies import end_of
 
 TENFOLD = 10.0  # largest error over the tolerance times the size of the solution
@@ -51,6 +52,26 @@ def test_mackey_and_glass_at_500(method):
         mackey_glass, (0, 500), [0.5], method, args=(0.2, 0.1, 14.0), rtol=1e-11, atol=1e-11
     )
     assert abs(found.y[0, -1] - 1.0104431117) < 1e-9
+
+
+@pytest.mark.parametrize(("method", "rtol"), [("Tsit5", 3e-7), ("DOP853", 1e-6)])
+def test_no_step_is_far_longer_than_the_last_by_chance(method, rtol):
+    """An estimate near zero lets a step be three times as long: its residual was 16 000.
+
+    The polynomial is compared with the equations where the solver compares them.
+    """
+    a, b, tau = args = 0.2, 0.1, 14.0
+    found = solve_dde(
+        mackey_glass, (0, 500), [0.5], method, args=args, rtol=rtol, atol=rtol, dense_output=True
+    )
+    h = np.diff(found.t)
+    grown = 1 + np.flatnonzero(h[1:] > GROWTH * h[:-1])
+    assert len(grown) > 2
+    for x in SAMPLES:
+        t = found.t[grown] + x * h[grown]
+        late = np.where(t > tau, found.sol(np.maximum(t - tau, 0.0))[0], 0.5)
+        residual = found.sol.derivative(t)[0] - a * late / (1 + late**10) + b * found.sol(t)[0]
+        assert np.abs(h[grown] * residual).max() < OF_GROWN * rtol * 2.5  # y is below 1.5
 
 
 @pytest.mark.parametrize("method", EXPLICIT)
