@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from fastdyn import analysis, systems
     from fastdyn.dae.ensemble.solve import solve_dae_ensemble
     from fastdyn.dae.solve import solve_dae
-    from fastdyn.delays import solve_dde
+    from fastdyn.delays import solve_dde, solve_dde_ensemble
     from fastdyn.drift.energy import energy_drift
     from fastdyn.ensemble.solve import solve_ensemble
     from fastdyn.fitting import Fit, Free, Record, fit
@@ -53,6 +53,7 @@ _LAZY = {  # name: module, imported when the name is first asked for
     "solve_dae": "fastdyn.dae.solve",
     "solve_dae_ensemble": "fastdyn.dae.ensemble.solve",
     "solve_dde": "fastdyn.delays",
+    "solve_dde_ensemble": "fastdyn.delays",
     "solve_ensemble": "fastdyn.ensemble.solve",
     "solve_langevin": "fastdyn.noise",
     "solve_phases": "fastdyn.solve.phases",
@@ -79,8 +80,9 @@ __all__ = [
     "SingularMatrixError", "Stepper", "StiffnessWarning", "SwitchingWarning", "__version__",
     "analysis", "at", "complex_ode", "constrained", "energy_drift", "every", "fit", "ode", "odeint",
     "prepare",
-    "solve_bvp", "solve_dae", "solve_dae_ensemble", "solve_dde", "solve_ensemble", "solve_ivp",
-    "solve_langevin", "solve_linear", "solve_phases", "solve_sde", "systems",
+    "solve_bvp", "solve_dae", "solve_dae_ensemble", "solve_dde", "solve_dde_ensemble",
+    "solve_ensemble", "solve_ivp", "solve_langevin", "solve_linear", "solve_phases", "solve_sde",
+    "systems",
 ]  # fmt: skip
 
 

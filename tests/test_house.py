@@ -16,7 +16,7 @@ DOORS = {"jax.py", "torch.py", "pytensor.py"}  # of other libraries: a file each
 SEVERAL = 2.18  # percent of assignments that are several on one line
 WIDE = 204  # lines of code in the documentation that have more than 80 columns
 MANY = {"solve_ensemble", "solve_dae_ensemble", "energy_drift", "solve_bvp", "problem"}
-MANY |= {"solve_sde", "solve_langevin", "odeint"}
+MANY |= {"solve_sde", "solve_langevin", "odeint", "solve_dde_ensemble"}
 
 
 def test_files_and_functions_are_short():

@@ -116,7 +116,7 @@ class Equation:
             self.directions = asked_directions(asked.sensitivity, fun, before, self.args)
         self._given = None if delays is None else np.unique(np.asarray(delays, float))
         self._own_jumps = [] if jumps is None else np.asarray(jumps, float).ravel().tolist()
-        self._run: Any = None  # of the last solve without sensitivities
+        self.run: Any = None  # of the last solve without sensitivities
         self._known: Any = None
         self._make: Any = None
         self._values: Any = None
@@ -134,8 +134,8 @@ class Equation:
         def solve():
             before.still(True)
             if self.directions is None:
-                self._run = run_of(self.problem, DelayRun)
-                return self._solved(self._run)
+                self.run = run_of(self.problem, DelayRun)
+                return self._solved(self.run)
             return solved_in_parts(self.problem, before, self.directions, self._solved)
 
         with before:
@@ -232,7 +232,7 @@ class Equation:
         That is without actions, sensitivities, Python and matrices, and with delays of which no
         step contains its own past: such a step begins with the slope of the start.
         """
-        run = self._run
+        run = self.run
         if run is None or run.follower() is not None or run.watched or self._looks & SHORT:
             return False
         if self.problem.method.name not in EXPLICIT:
@@ -245,7 +245,7 @@ class Equation:
         The long way is a new Equation.  The code, the layout of the memory, and, for the same
         delays, the times at which steps end are those of the solve before.
         """
-        run = self._run
+        run = self.run
         heard = numpy_errors_are_heard()
         if not self.may_come_again or heard or not self.history.take(history, args):
             return None
@@ -273,7 +273,7 @@ class Equation:
 
     def _follow_delays(self, problem):
         """Let the steps end where the present delays carry jumps; False if one is not positive."""
-        run = self._run
+        run = self.run
         values = [value for value in run.bounds[0].given if value.__class__ is not np.ndarray]
         plain = len(values) == len(run.bounds[0].given) - 1  # the words are an array
         plain = plain and NUMBERS.issuperset(map(type, values))
@@ -293,7 +293,7 @@ class Equation:
 
     def let_go(self):
         """Hold nothing of the user's, and no memory of the last solve."""
-        run = self._run
+        run = self.run
         self.history.let_go()
         self.fun = None
         self.args = ()
@@ -305,7 +305,7 @@ class Equation:
             bound.held.take(None, ())
 
     def _ended(self):
-        run = self._run
+        run = self.run
         before = self.history
         before.still(False)
         status = run.solve(run.problem.y0)

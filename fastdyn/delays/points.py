@@ -212,7 +212,9 @@ def _few(points, delays):
 
 def _merged(points):
     points = np.sort(points)
-    if not len(points):
+    later = points[1:]
+    earlier = points[:-1]
+    apart = later - earlier > MERGED * np.maximum(np.abs(later), np.abs(earlier))
+    if apart.all():
         return points
-    apart = np.diff(points) > MERGED * np.maximum(np.abs(points[1:]), np.abs(points[:-1]))
-    return points[np.r_[True, apart]]
+    return points[np.concatenate([[True], apart])]

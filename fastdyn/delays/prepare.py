@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from fastdyn.kernels.state.record import Y
 from fastdyn.problem import validate
 from fastdyn.problem.members import Members
 from fastdyn.words.calls import shown_when_wrong
@@ -13,6 +17,8 @@ from .equation import KINDS, Equation, Given
 if TYPE_CHECKING:
     from fastdyn.problem.argument_types import Args, Function, Functions, Times, TimeSpan
     from fastdyn.run.result import OdeResult
+
+PREPARING = threading.RLock()  # one thread at a time prepares
 
 
 @shown_when_wrong(**KINDS)
@@ -103,10 +109,35 @@ class PreparedDelays:
             args = validate.extra_arguments(args)
         result = self._equation.again(self._given.fun, history, args)
         if result is None:
-            equation = Equation(self._given._replace(history=history, args=args))
-            result = equation.solve()
+            with PREPARING:
+                equation = Equation(self._given._replace(history=history, args=args))
+                result = equation.solve()
             self._equation = equation
         return result
+
+    @property
+    def problem(self):
+        """The Problem of the last solve."""
+        return self._equation.problem
+
+    @property
+    def y0(self):
+        """The state at the start of the last solve."""
+        return self._equation.history.y0
+
+    @property
+    def in_python(self):
+        """Whether a function runs in Python."""
+        return any(bound.callback is not None for bound in self._equation.run.bounds)
+
+    def end(self, found):
+        """The time and the state at the end of the last solve, whose result is `found`."""
+        if found.status == 1:  # at the last event
+            ends = [(t[-1], y[-1]) for t, y in zip(found.t_events, found.y_events, strict=True)
+                    if len(t)]  # fmt: skip
+            return max(ends, key=lambda each: each[0])
+        run = self._equation.run
+        return float(run.view("solve.state")["t"][0]), np.copy(run.view("solve.work")[Y])
 
     def many(self, histories=None, args=None) -> OdeResult:
         """Solve with many histories and many arguments, delays among them, one after the other.

@@ -167,7 +167,7 @@ def solved(ensemble, kind, threads, progress, client=None, store=None, block=Non
     vector = ensemble.vector
     width = vector.width if vector else 1
     done = kind(p, ensemble.members, results, width, ensemble.reason, ensemble.wanted)
-    bar = _bar(ensemble.members.count, p.method.name) if progress else None
+    bar = progress_bar(ensemble.members.count, p.method.name) if progress else None
     try:
         solve(bar)
     except KeyboardInterrupt as interrupt:
@@ -181,7 +181,8 @@ def solved(ensemble, kind, threads, progress, client=None, store=None, block=Non
     return done
 
 
-def _bar(count, name) -> Any:
+def progress_bar(count, name) -> Any:
+    """A bar of tqdm for trajectories."""
     from fastdyn.plot.needed import needed  # no other ensemble needs the folder
 
     bar = needed("tqdm.auto", "Progress bars need").tqdm

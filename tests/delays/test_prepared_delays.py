@@ -175,6 +175,6 @@ def test_between_calls_nothing_of_the_user_is_held():
     held = [e for e in waiting if isinstance(e, Equation)]
     assert held
     for e in held:
-        assert e.fun is e.problem.fun is e._run.problem.fun is e._run.memory is None
+        assert e.fun is e.problem.fun is e.run.problem.fun is e.run.memory is None
         assert e.history._function is not history
-        assert all(bound.held.fun is None for bound in e._run.bounds)
+        assert all(bound.held.fun is None for bound in e.run.bounds)

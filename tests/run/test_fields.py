@@ -97,6 +97,9 @@ WAYS = {
     "delay": lambda: fastdyn.solve_dde(
         lambda t, y, past: [-past(t - 0.5)[0]], (0, 1), lambda t: [1.0]
     ),
+    "delay ensemble": lambda: fastdyn.solve_dde_ensemble(
+        lambda t, y, past, a: [-a * past(t - 0.5)[0]], (0, 1), [1.0], ([1.0, 2.0],)
+    )[1],
     "dae of index 3": lambda: fastdyn.solve_dae(hanging, (0, 0.5), AT_REST),
     "dae without time": lambda: fastdyn.solve_dae(hanging, (0, 0), AT_REST),
     "dae ensemble": lambda: fastdyn.solve_dae_ensemble(implicit_decay, (0, 1), [[1.0], [2.0]])[1],

@@ -29,10 +29,10 @@ SLOW = 8  # iterations behind which the next step is no longer
 SAMPLES = (0.04, 0.5, 0.96)
 # Largest residual, times the step, in units of the tolerance.
 LARGEST = 2.0
-# An estimate may be zero by chance.  By a step at most GROWTH times as long as the last, an error of
-# order 5 grows to 11 times that of the last at most.  A longer step is looked at: the residual of a
-# step of 2.9 times the last one was 16 000, with an error of 460 tolerances and an estimate below 1
-# (Tsit5, Mackey and Glass at 3e-7); beside right estimates, few were above OF_GROWN.
+# An estimate may be zero by chance.  By a step at most GROWTH times as long as the last, an error
+# of order 5 grows to 11 times that of the last at most.  A longer step is looked at: the residual
+# of a step of 2.9 times the last was 16 000, its error 460 tolerances, its estimate below 1 (Tsit5,
+# Mackey and Glass at 3e-7); beside right estimates, few were above OF_GROWN.
 GROWTH = 1.5
 OF_GROWN = 30.0
 PLACES = 4  # shares of the step at which two polynomials are compared: 1/4, 1/2, 3/4, 1
@@ -223,7 +223,8 @@ def advance(state, work, block, n_steps):
     """Take one step; see `adaptive.kernel`."""
     s = state[0]
     words = words_at(words_at(block[RARE])[PAST_OF_RARE])
-    if words[past.PAST_LOOKS] & ~past.GROWN == 0 and not _grows(words, s.h):
+    alone = words[past.PAST_LOOKS] & ~past.GROWN == 0  # no step contains its past
+    if alone and not _grows(words, s.h):
         return invoke(words[past.PAST_ADVANCE], (state, work, block, 1))
     rows = words[past.PAST_ROWS]
     n = work.shape[1]
@@ -247,10 +248,8 @@ def advance(state, work, block, n_steps):
         words[past.PAST_ASKED] = 0
         status = invoke(words[past.PAST_ADVANCE], (state, work, block, 1))
         h = s.t - s.t_old
-        if s.n_accepted == before:  # a failure
-            break
-        if words[past.PAST_LOOKS] & ~past.GROWN == 0 and not _grows(words, h):
-            break  # nothing can be asked for
+        if s.n_accepted == before or (alone and not _grows(words, h)):
+            break  # a failure, or nothing to look at
         hermite(h, words[past.PAST_FSAL], work, d)
         if words[past.PAST_ASKED] == 0:  # the stages of the interpolant may still ask
             _take(trial, s.t_old, h, d, F + 3)
