@@ -31,6 +31,7 @@ CODES = {0: FINISHED, 1: EVENT, -2: INTERRUPTED}  # of the kernels, by SciPy's s
 REFUSED = {  # options of `solve_dde`
     "sensitivity": "`solve_dde`, trajectory by trajectory, has it.",
     "on_interrupt": "Ctrl-C raises KeyboardInterrupt, whose `result` has the trajectories so far.",
+    "checkpoint": "a file is of one solve.",
     "dense_output": "`t_eval` has times of output; `solve_dde` has `sol`.",
     "reduce": "compute it from `y`, or by a further component of the equations.",
     "y0": "`history` is the state up to the start, a row a trajectory.",
@@ -71,7 +72,7 @@ def solve_dde_ensemble(
     progress : bool
         Show a progress bar.
     **options
-        As in `solve_dde`, but for `sensitivity`, `progress` and `on_interrupt`; `compile` is
+        As in `solve_dde`, but for `sensitivity`, `checkpoint` and `on_interrupt`; `compile` is
         "inlined" by default.
 
     Returns

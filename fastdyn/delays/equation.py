@@ -40,7 +40,7 @@ METHODS = (*EXPLICIT, *STIFF)
 COUPLED = "Radau"  # its stages are coupled with the past within the step
 OPTIONS = (
     "rtol", "atol", "max_step", "first_step", "on_event", "at", "every", "breakpoints", "max_steps",
-    "progress", "on_interrupt", "compile", "sensitivity",
+    "progress", "on_interrupt", "checkpoint", "compile", "sensitivity",
 )  # fmt: skip
 PRECISE = 1e-6  # relative tolerance below which "auto" takes the higher order
 VANISHING = 1e-9  # share of the time below which a delay is zero: steps are not as short
@@ -169,15 +169,31 @@ class Equation:
                 "later time."
             )
         self._looks = _looks(p, known)
-        carried = run.begin_with(p, known, self._starts, self._looks, self._slope)
+        carried = run.begin_with(*self._begun(run, p, known))
         self.history.still(False)
         p = run.problem
         status = run.solve(p.y0)
         self.history.check()
-        result = result_of(p, status, run)
+        result = result_of(p._replace(dense_output=self.dense_output), status, run)
         result["delays"] = np.array(delays)
         result["jumps"] = self._jumps = np.unique(carried.starts)
         return result
+
+    def _begun(self, run, problem, known):
+        """The arguments of `DelayRun.begin_with`."""
+        looks = _looks(problem, known)
+        longest = None if self.dense_output else self._longest(run, known)
+        return problem, known, self._starts, looks, self._slope, longest
+
+    def _longest(self, run, known):
+        """The longest delay of all functions; None if a delay varies, or is not known."""
+        if self._given is not None or any(bound.function is None for bound in run.bounds):
+            return None
+        t0 = run.problem.t0
+        all_known = [known, *[delays_of(b, t0, self.history.y0) for b in run.bounds[1:]]]
+        if any(each is None or each.varying for each in all_known):
+            return None
+        return max((tau for each in all_known for tau in each.constant), default=None)
 
     def _delays(self, run):
         """The Delays of a Run: those of the trace, or those that are given.
@@ -285,7 +301,7 @@ class Equation:
         if known != self._known:
             if _looks(problem, known) & SHORT:
                 return False
-            run.begin_with(problem, known, self._starts, _looks(problem, known), self._slope)
+            run.begin_with(*self._begun(run, problem, known))
             self._known = known
             self._make = None
         self._values = values if plain else None

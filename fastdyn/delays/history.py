@@ -101,6 +101,11 @@ class History:
         self.still(True)
 
     @property
+    def bounds(self):
+        """The functions of the history, and of its derivative where that was asked for."""
+        return [self._bound] if self._slope.callback is not None else [self._bound, self._slope]
+
+    @property
     def is_constant(self):
         """Whether the history is n numbers."""
         return self._function is None and self._earlier is None

@@ -1,6 +1,8 @@
 """A Run whose function reads the dense output of the Run itself."""
 
+import math
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
@@ -11,11 +13,15 @@ from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.state.record import STATE, K
 from fastdyn.run import output
 from fastdyn.run.begin import shape_of
+from fastdyn.run.enough_memory import memory_of_machine
+from fastdyn.run.functions.compared import LATER
 from fastdyn.run.loop import Run
 from fastdyn.run.memory import plan
+from fastdyn.run.resume import checkpoint_of
 from fastdyn.specialise import rare
 from fastdyn.specialise.scalar import dense_rows_kernel, within_past_kernel
 
+from .past import history_of
 from .points import Carried
 
 N_DENSE = OUTPUT.fields["n_dense"][1]  # the place of the number of polynomials in the record
@@ -25,16 +31,75 @@ NOW = STATE.fields["t"][1]  # the place of the time that is reached
 SLACK = 10.0
 
 
+# Numbers of polynomials (8 MB) from which on those that no delay reads any more are dropped.
+FEW_NUMBERS = 2**20
+SHARE = 0.5  # of the machine's memory, which the polynomials may take
+
+
 class OnePiece(output.Output):
-    """The output of a solve whose polynomials stay in one piece."""
+    """The output of a solve whose polynomials stay in one piece.
+
+    Attributes
+    ----------
+    longest : float or None
+        The longest delay: polynomials that no delay reads any more make room for new ones, so that
+        the memory of a long solve is bounded.  None if they are all kept.
+    compare : callable
+        Called before polynomials are dropped.
+    """
+
+    longest: Any = None
+    compare: Any = None
 
     def _grow_dense(self, o):
         d = self.d
         spans = self.spans
-        self._n_polynomials = 2 * len(d)
-        self._new_polynomials()
-        self.d[: len(d)] = d
-        self.spans[: len(d)] = spans
+        n = len(d)
+        first = 0
+        if self.longest is not None and d.size >= FEW_NUMBERS:
+            # The last step may be cut by an event; one polynomial more for roundings.
+            needed = spans[n - 1, 0] - self.longest
+            first = max(int(np.searchsorted(spans[:, 0], needed, "right")) - 2, 0)
+        left = n - first
+        if first and self.compare is not None:
+            self.compare()
+        if 2 * left > n:
+            self._n_polynomials = 2 * n
+            self._check_memory()
+            self._new_polynomials()
+        self.d[:left] = d[first:]
+        self.spans[:left] = spans[first:]
+        o["n_dense"] = left
+
+    def _check_memory(self):
+        wanted = 8 * self._n_polynomials * self._rows * self._n
+        there = memory_of_machine()
+        if wanted > SHARE * there:
+            raise MemoryError(
+                f"the steps of the delay equation up to t = {self.spans[-1].sum():.10g} take "
+                f"{wanted / 2e9:.1f} GB, and this machine has {there / 1e9:.1f}: steps are kept as "
+                "long as any delay may read them, all of them where delays depend on the time or "
+                "the state, or with `dense_output`. End the span earlier, or loosen `rtol` and "
+                "`atol`."
+            )
+
+    def since(self, t0):
+        """The time from which on functions can be called: all that they read is kept."""
+        first = float(self.spans[0, 0]) if self.record["n_dense"][0] else t0
+        return first + self.longest if first > t0 and self.longest is not None else -math.inf
+
+    def put_back(self, arrays):
+        """Continue behind the output of a checkpoint."""
+        super().put_back(arrays)
+        ((polynomials, spans),) = self._dense
+        self._dense = []
+        n = len(polynomials)
+        if n >= len(self.d):
+            self._n_polynomials = 2 ** int(n + 1).bit_length()
+            self._new_polynomials()
+        self.d[:n] = polynomials
+        self.spans[:n] = spans
+        self.record["n_dense"] = n
 
 
 class DelayRun(Run):
@@ -42,14 +107,16 @@ class DelayRun(Run):
 
     carried: Carried | None = None
     _n_polynomials = 0  # least room
+    _longest: float | None = None
 
-    def begin_with(self, problem, known, starts, looks, slope):
+    def begin_with(self, problem, known, starts, looks, slope, longest=None):
         """Take the problem, whose jumps the delays carry on; the past becomes that of this Run.
 
         `known` are the Delays, `starts` the times of jumps that are known before, `looks` tells how
         steps are looked at, see `kernels/output/past/steps.py`; `slope` is the derivative at the
-        start.  Returns the Carried.
+        start, `longest` the longest delay if older steps need not be kept.  Returns the Carried.
         """
+        self._longest = longest
         if self.switching is not None and self.switching.follows:
             raise ValueError(
                 "`fun` switches at times that depend on components which `on_event` changes: "
@@ -113,6 +180,39 @@ class DelayRun(Run):
         whole[words.PAST_ROWS] = rows
         whole[words.PAST_HINT :] = 0
 
+    @property
+    def since(self):
+        """As `LaidOut.since`."""
+        return -math.inf if self.grown is None else self.grown.since(self.problem.t0)
+
+    def _compare(self):
+        """Compare code and functions along the steps that are about to be dropped."""
+        if self.snapshots is not None:
+            self.compared.now(self, LATER)
+            self.take_snapshots(self.compared.most_places)
+
+    def checkpoint(self):
+        """As `Run.checkpoint`; the words of the past are of this process, the history of the run.
+
+        Raises
+        ------
+        ValueError
+        """
+        p = self.problem
+        if p.checkpoint is None:
+            return None
+        if p.acts:
+            raise ValueError(
+                "`checkpoint` and `on_event` do not go together in a delay equation: a file has no "
+                "jumps that delays carry on. End the run at a terminal event with "
+                "`dense_output=True`, and go on from the result."
+            )
+        alike = []
+        for bound in (*self.bounds, *history_of(self.laid_out).bounds):
+            values = [each for each in bound.values if each[1] is not self.laid_out]
+            alike.append(bound._replace(values=values))
+        return checkpoint_of(p, alike)
+
     @contextmanager
     def another(self):
         """None: the past is that of one Run at a time."""
@@ -150,6 +250,8 @@ class DelayRun(Run):
         """The output of the last solve."""
         if self.grown is None:
             self.grown = OnePiece(self.plan, self.memory)
+            self.grown.longest = self._longest
+            self.grown.compare = self._compare
         return self.grown
 
     def lay_output(self):

@@ -59,8 +59,9 @@ def solve_dde(
         times of a traced function are found, and those of an earlier result are known.)
     **options
         `rtol`, `atol`, `max_step`, `first_step`, `on_event`, `at`, `every`, `breakpoints`,
-        `max_steps`, `progress`, `on_interrupt` and `compile`, as in `solve_ivp`; `sensitivity`,
-        names of arguments, delays among them, and "history", if the history is constant.
+        `max_steps`, `progress`, `on_interrupt`, `checkpoint` and `compile`, as in
+        `solve_ivp`; `sensitivity`, names of arguments, delays among them, and "history", if the
+        history is constant.
 
     Returns
     -------
@@ -86,7 +87,9 @@ def solve_dde(
     No step is longer than the shortest constant delay, unless the delay is shorter than 1e-4 of the
     span.  A step that contains its own past, because a delay vanishes or is as short, is taken
     again with its own interpolant until the interpolant changes by less than 0.03 tolerances, at
-    most 12 times, then shorter.  All steps are kept, since any of them may be asked for.
+    most 12 times, then shorter.  Steps are kept as long as a delay may read them; where all delays
+    are constants or arguments, and `dense_output` is not asked, older ones are dropped from 8 MB
+    on.  Where delays vary, all are kept, up to half of the machine's memory.
     """
     given = Given(
         fun, t_span, history, method, t_eval, dense_output, events, args, delays, jumps, options

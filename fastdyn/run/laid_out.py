@@ -76,6 +76,8 @@ class LaidOut(PythonBetween):
         The table of the snapshots of the present solve; see `kernels/state/snapshots.py`.
     """
 
+    since = -math.inf  # the time from which on functions can be called after a solve
+
     def __init__(self, problem, bound, others=(), n_extra=0):
         self.bounds = [*bound.pair, bound, *others]
         self._own = bound

@@ -209,6 +209,10 @@ class Run(LaidOut):
                 raise
             raise Raised(error) from error
 
+    def checkpoint(self):
+        """The Checkpoint of the solve, or None."""
+        return checkpoint_of(self.problem, self.bounds)
+
     def is_plain(self):
         """Whether functions are all compiled, or all in Python, and nothing watches or catches."""
         bare = not self._late and (self._followed is None or self._is_in_python())
@@ -251,7 +255,7 @@ class Run(LaidOut):
         if self.snapshots is None and self.compared.deciding:  # in a long run they cost nothing
             self.take_snapshots(self.compared.most_places)
         follower = self.follower()
-        file: Any = checkpoint_of(p, self.bounds)
+        file: Any = self.checkpoint()
         if file is not None and (saved := file.load()) is not None:
             status = from_arrays(saved, self)
             self.lay_output()

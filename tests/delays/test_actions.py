@@ -106,7 +106,7 @@ def test_a_number_ends_the_run_and_breakpoints_are_carried_on():
 
 
 def test_other_options_are_refused_by_name():
-    for name in ("checkpoint", "project", "adjoint", "callback", "discrete"):
+    for name in ("project", "adjoint", "callback", "discrete"):
         with pytest.raises(TypeError, match=f"takes no `{name}`"):
             solve_dde(rising, (0, 1), before, **{name: 1})
 

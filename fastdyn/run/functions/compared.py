@@ -89,17 +89,18 @@ class Compared:
         """Compare after a solve if a comparison is due; raise Different on a difference."""
         count = self.due()
         if count:
-            self._now(run, count)
+            self.now(run, count)
         elif self.deciding:
             if any(b[SIDES] & ~seen for b, seen in zip(self.deciding, self.sides, strict=True)):
-                self._now(run, AT_FIRST)
+                self.now(run, AT_FIRST)
         run.take_snapshots(0)
 
     def due(self):
         """The number of states to compare after one more solve; 0 without a comparison."""
         return self._past.after_one()
 
-    def _now(self, run, count):
+    def now(self, run, count):
+        """Compare at `count` states; raise Different on a difference."""
         fresh = [int(block[SIDES]) & ~seen for block, seen in zip(
             self.deciding, self.sides, strict=True
         )]  # fmt: skip
@@ -205,6 +206,10 @@ def _of_output(run, bound, missing):
     if bound.mode.acts_at_events:
         return zip(*_given(run, bound, LOOKED_AT), strict=True)
     t, y = run.grown.points() if run.grown else points_in(run.plan, run.memory)
+    if run.since > -np.inf:
+        known = t >= run.since
+        t = t[known]
+        y = y[known]
     chosen = apart(len(t), min(LOOKED_AT, MOST_NUMBERS // max(run.plan.n, 1)))
     return zip(t[chosen].tolist(), y[chosen], strict=True)
 
@@ -276,8 +281,9 @@ def states_of(run, count):
         chosen = sorted([*shortest, *[others[i] for i in apart(len(others), count // 2)]])
     times = [float(state["t"]), *t[chosen].tolist()]
     states = [run.view("solve.work")[Y], *y[chosen]]
-    if not np.isfinite(states).all():
-        good = [i for i, each in enumerate(states) if np.isfinite(each).all()]
+    if not np.isfinite(states).all() or min(times) < run.since:
+        both = zip(times, states, strict=True)
+        good = [i for i, (t, y) in enumerate(both) if np.isfinite(y).all() and t >= run.since]
         times = [times[i] for i in good]
         states = [states[i] for i in good]
     return times, states
