@@ -7,6 +7,7 @@ from fastdyn.run.functions.compared import off_the_solution
 from fastdyn.run.functions.python_between import of_python_between
 from fastdyn.run.loop import Run
 from fastdyn.run.solve_problem import load_kernels
+from fastdyn.run.stiffness import watch
 
 from .consistent import consistent, consistent_behind
 from .equations import Equations
@@ -42,4 +43,6 @@ def run_of(problem, held, breakpoints=None, longer=None):
         others = tangent.others
     if breakpoints is not None:
         whole = breakpoints.scheduled(whole, again)
-    return Run(whole, bound, with_acting(whole, others)), index
+    run = Run(whole, bound, with_acting(whole, others))
+    watch(whole, run)
+    return run, index

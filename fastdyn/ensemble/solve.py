@@ -18,6 +18,7 @@ from .longer.discrete import HybridTrajectories, with_discrete
 from .longer.sensitive import SensitiveTrajectories
 from .plan import planned, sizes
 from .results import Results
+from .status import tell_crawl
 from .threads import solve_here
 from .trajectories import Trajectories
 
@@ -178,6 +179,7 @@ def solved(ensemble, kind, threads, progress, client=None, store=None, block=Non
         if bar is not None:
             bar.close()
     compare_trajectories(ensemble, results)
+    tell_crawl(ensemble.members, p, results)
     return done
 
 

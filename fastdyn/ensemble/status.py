@@ -13,13 +13,16 @@ from fastdyn.kernels.state.record import (
     STEP_LIMIT,
     STEP_TOO_SMALL,
 )
+from fastdyn.run.functions.crawling import MOST
 from fastdyn.run.matrices.inconsistent import Inconsistent
 from fastdyn.run.outcome import LEFT, OF_ACTIONS, OF_EACH, SUCCESS, TERMINATED, TOO_SMALL
 from fastdyn.run.outcome import SENTENCES as IN_WORDS
 from fastdyn.run.solve_problem import run_of
+from fastdyn.run.stiffness import watch
 
 from .times import of_member
 
+TWICE = 2  # times the steps after which a run is examined, that a trajectory takes again
 # SciPy's status; -1 for every other failure
 CODES = {FINISHED: 0, EVENT: 1, INTERRUPTED: -2, BORDER: LEFT}
 
@@ -52,6 +55,26 @@ def what_raised(members, problem, i):
     except Exception as error:
         return f"a function raised {type(error).__name__}: {error}".rstrip(": ")
     return "a function raised an exception"  # of a Fold, which a single solve does not call
+
+
+def tell_crawl(members, problem, results):
+    """Warn of the trajectory with the most steps if they crawl along a switch.
+
+    The first steps of the trajectory are taken once more, alone.
+    """
+    n_steps = results.counted()["n_accepted"]
+    if problem.mode.residual or not len(n_steps) or n_steps.max() < MOST:
+        return
+    i = int(np.argmax(n_steps))
+    if results.status[i] == RAISED:
+        return
+    p = of_member(problem, members, i)
+    p = p._replace(y0=members.state(i), args=members.args(i), compile="shared")
+    p = p._replace(t_eval=np.array([p.tf]), max_steps=int(min(p.max_steps, TWICE * MOST)))
+    run = run_of(p)
+    if not any(each.callback for each in run.bounds):
+        watch(p, run)
+        run.solve(p.y0)
 
 
 def message(members, problem, results, i):

@@ -16,6 +16,7 @@ from fastdyn.problem.events import Event
 
 from .outcome import result_of
 from .ready import ReadyRun
+from .stiffness import notice, watch
 
 WORDS = 1000  # a state of so many words counts as much as a small run
 
@@ -149,11 +150,9 @@ class Solver(Kind):
         """The problem of the solve that a ReadyRun has begun."""
         raise NotImplementedError
 
-    def goes_on(self, problem, run):
-        """Called before a solve goes on after its first chunk."""
-
     def ended(self, problem, run):
-        """Called after such a solve."""
+        """Called after a solve that went on after its first chunk."""
+        notice(problem, run)
 
     def finish(self, ready, memory, status, fun, args, others):
         """The result of a solve after its first chunk of steps; None if the code gave up."""
@@ -162,7 +161,7 @@ class Solver(Kind):
         p = self.present(ready, fun, args, others)
         for bound, function in zip(run.bounds, (fun, *others), strict=True):
             bound.held.take(function, args)
-        self.goes_on(p, run)
+        watch(p, run)
         try:
             result = result_of(p, ready.go_on(p, memory, status), run)
             self.ended(p, run)

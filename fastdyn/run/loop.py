@@ -8,6 +8,7 @@ import numpy as np
 from numpy.linalg import LinAlgError
 
 from fastdyn.kernels.calls.block import RAISED_WORD
+from fastdyn.kernels.methods.method import SHARED_METHODS
 from fastdyn.kernels.state.record import (
     FINISHED,
     FULL,
@@ -17,6 +18,7 @@ from fastdyn.kernels.state.record import (
     STEP_LIMIT,
     STEP_TOO_SMALL,
     STOPPED,
+    Y,
 )
 
 from .functions.compared import Compared
@@ -122,6 +124,46 @@ class Progress:
         return min(abs(self._tf - t), abs(t - self._t0)) > FOR_EVER * abs(t - before) / taken
 
 
+class Looks:
+    """Looks at a Run after fixed numbers of steps: whether it goes on, and whether it crawls.
+
+    Parameters
+    ----------
+    run : Run
+    most : float
+        As of Progress.
+    crawls_to : float
+        The number of steps to the end above which a run that crawls ends.
+    """
+
+    def __init__(self, run, done, most, crawls_to=np.inf):
+        p = run.problem
+        self.run = run
+        self._crawls_to = crawls_to
+        self._progress = Progress(p, p.t0, 0, most=most)
+        self._at = next_look(done - 1)
+
+    def left(self, done):
+        """The number of steps up to the next look, after `done` steps."""
+        samples = self.run.samples
+        return min(self._at - done, np.inf if samples is None else samples.left(done))
+
+    def end(self, done):
+        """Look after `done` steps; whether the run ends, as no step is short enough."""
+        run = self.run
+        state = run.view("solve.state")[0]
+        if done >= self._at:
+            if self._progress.stands(*reached(state)):
+                return True
+            if run.at_looks is not None and run.at_looks():
+                return True
+            self._at = next_look(done)
+        if run.samples is None or run.samples.left(done) > 1:
+            return False
+        step = run.samples.take(done, float(state["t"]), run.view("solve.work")[Y])
+        return step is not None and abs(run.problem.tf - state["t"]) > self._crawls_to * step
+
+
 def stops(callback, solver):
     """Call the user's `callback` after a step; True if the callback ends the run."""
     try:
@@ -144,6 +186,8 @@ class Run(LaidOut):
 
     at_looks: Any = None  # a function called after fixed numbers of steps; if true, the run ends
     may_follow = False  # whether another method follows if this one fails
+    samples: Any = None  # the crawling.Samples of its steps
+    looks: Any = None  # the Looks, of a Run of which every step is taken alone
 
     def __init__(self, *given):
         super().__init__(*given)
@@ -261,17 +305,13 @@ class Run(LaidOut):
             self.lay_output()
         state = self.view("solve.state")
         bar = progress_bar(p) if p.progress else None
-        progress = Progress(p, p.t0, 0, most=MANY_AHEAD if self.may_follow else MOST_AHEAD)
         done = int(state["n_accepted"][0])
-        look = next_look(done - 1)
+        crawls_to = np.inf if p.method.name in SHARED_METHODS else MOST_AHEAD
+        looks = Looks(self, done, MANY_AHEAD if self.may_follow else MOST_AHEAD, crawls_to)
         try:
             while status in GOES_ON:
-                if done == look:
-                    if progress.stands(*reached(state[0])):
-                        return STEP_TOO_SMALL
-                    if self.at_looks is not None and self.at_looks():
-                        return STEP_TOO_SMALL
-                    look = next_look(done)
+                if looks.end(done):
+                    return STEP_TOO_SMALL
                 if status == FULL:
                     self.output.make_room()
                     self.lay_output()
@@ -279,7 +319,7 @@ class Run(LaidOut):
                 if left <= 0:
                     return STEP_LIMIT
                 alone = p.callback or follower is not None
-                n_steps = 1 if alone else int(min(chunk, left, look - done))
+                n_steps = 1 if alone else int(min(chunk, left, looks.left(done)))
                 if follower is not None:
                     follower.follow(self)
                 began = perf_counter()

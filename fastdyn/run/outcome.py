@@ -171,17 +171,20 @@ def n_factorised(memory):
     return struct.unpack_from("2q", memory, STATE.fields["n_jacobians"][1])
 
 
+def end_of(problem, status, run):
+    """SciPy's status and the message of a Run that stopped before its end."""
+    state = run.view("solve.state")
+    code, said = outcome(status, state, run.view("solve.work"), problem, run.bounds[0])
+    return code, said + of_failure(problem, run) if status == STEP_TOO_SMALL else said
+
+
 def result_of(problem, status, run):
     """The OdeResult of a problem whose Run ended with this status."""
     if status == FINISHED:
         code = 0
         message = SUCCESS
     else:
-        state = run.view("solve.state")
-        work = run.view("solve.work")
-        code, message = outcome(status, state, work, problem, run.bounds[0])
-        if status == STEP_TOO_SMALL:
-            message += of_failure(problem, run)
+        code, message = end_of(problem, status, run)
     return results(problem, run.plan)(run.memory, run.grown, code, message)
 
 

@@ -26,7 +26,7 @@ from .begin import shape_of, watch_of
 from .functions.bound import bind_functions, leave_writers_to_scipy
 from .functions.compared import Compared
 from .functions.python_between import of_python_between
-from .loop import Run, announce
+from .loop import MANY_AHEAD, Looks, Run, announce
 from .matrices.check_jacobian import check_jacobian
 from .memory import plan
 from .outcome import outcome, result_of
@@ -67,9 +67,11 @@ def run_of(problem, kind: type[Run] = Run):
 
 
 def run_of_steps(problem):
-    """A Run whose code is compared after steps 1, 2, 4, 8, ..."""
+    """A Run of a Stepper, whose code is compared after steps 1, 2, 4, 8, ..."""
     run = run_of(problem)
     run.compared = Compared(run, of="steps")
+    watch(problem, run)
+    run.looks = Looks(run, 0, MANY_AHEAD, MANY_AHEAD)
     return run
 
 

@@ -12,7 +12,7 @@ import contextlib
 
 import numpy as np
 
-from fastdyn.compile.derivatives.switched import BEHIND, jumping, switched
+from fastdyn.compile.derivatives.switched import BEHIND, Part, jumping, switched
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.sentences import warn
 from fastdyn.kernels.methods.method import ON_PAIRS
@@ -20,6 +20,7 @@ from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.kernels.state.record import Y_OLD, Y
 
 from .functions.compared import states_of
+from .functions.crawling import SATURATES, SENTENCES, WIDE, Samples, crawl
 from .loop import counters
 from .matrices.check_jacobian import evaluated
 from .matrices.price import is_dear
@@ -42,21 +43,7 @@ ITERATIONS, SIZE = 40, 1e-6  # iterations of the power method; size of its displ
 DAMPED = 0.25  # loss of an oscillation in a radian
 ALIKE = 1e-3  # vectors that differ by less count as parallel
 
-# Friction v / |v| that crawls at |v| = 9 tolerances: 0.12; the reaction of Robertson: 1.6.
-WIDE, SATURATES = 100.0, 0.25
-SATURATED = (
-    "{} took {} steps. At t = {:.6g} `fun` changes as at a switch, such as v / |v|, within few "
-    "tolerances: no implicit method helps there. Make the change smooth over a larger width, "
-    "v / sqrt(v**2 + w**2), or end the solve by an event."
-)
-
 ACCUMULATED = 1e-8  # share of a run in which its last switchings, at several switches, lie
-TWISTS = (
-    " At t = {:.6g} the solution comes to a point on {} switches of `fun` at once, ever faster "
-    "from one to the next (as with a twisting controller: second-order sliding), and no method "
-    "here goes on from there: end the solve by a terminal event before, or make the passages "
-    "smooth, tanh(v / w) for sign(v), say."
-)
 
 
 class StiffnessWarning(UserWarning):
@@ -82,13 +69,17 @@ class Sliding(Exception):
 
 
 def watch(problem, run):
-    """Examine a run that may be given up at its looks; else, whether a series slides."""
+    """Examine a run at its looks: whether another method follows, or its steps crawl."""
     run.may_follow = bool(problem.reaction.gives_up)
     run.at_looks = None
     if run.may_follow:
         run.at_looks = lambda: _give_up(problem, run)
     elif problem.method.series:
         run.at_looks = lambda: bool(switches_of(run)[3])
+    run.samples = None
+    along = isinstance(problem.fun, Part)  # the motion along switches, which "auto" limits itself
+    if problem.method.error_order and not along:
+        run.samples = Samples(lambda times, states: _tells_crawl(problem, run, times, states))
 
 
 def _give_up(problem, run):
@@ -103,11 +94,53 @@ def _give_up(problem, run):
         raise Stiff(found)
     if problem.reaction.gives_up == "slides":
         raise Saturated(found)
-    notes = run.bounds[0].function.notes if run.bounds[0].function is not None else {}
-    if notes.get(SATURATED) is None:
-        notes[SATURATED] = True
-        t = float(run.view("solve.state")[0]["t"])
-        warn(SATURATED.format(problem.method.name, counters(run.memory)[0], t), StiffnessWarning)
+    t = float(run.view("solve.state")[0]["t"])
+    _tell(problem, run, SENTENCES["crawls"].format(t=t))
+
+
+def _tell(problem, run, said):
+    """Warn of a run that crawls, once a function and method; "auto" takes several methods."""
+    function = run.bounds[0].function
+    name = problem.method.name
+    if function is not None:
+        place = "crawls", "auto" if problem.reaction.automatic else name
+        if function.notes.get(place) is not None:
+            return
+        function.notes[place] = True
+        function.notes["looked at", name] = MOST
+    warn(f"{name} took {counters(run.memory)[0]} steps. {said}", StiffnessWarning)
+
+
+def _tells_crawl(problem, run, times, states):
+    """Whether steps in a row crawl where the equations jump; a warning says what they do there."""
+    p, bound, t = problem, run.bounds[0], float(times[-1])
+    n = p.fun.n if p.mode.sensitivities else len(states[0]) // (2 if p.mode.residual else 1)
+    tolerance = (p.atol + p.rtol * np.abs(states[-1]))[:n]
+    counts = np.isfinite(tolerance) & (tolerance > 0.0)
+    rest = states[-1][n:]
+
+    def slope(y):
+        return _slope(bound, t, np.concatenate([y, rest]))[:n]
+
+    known = None if p.mode.residual or bound.pair else slope
+    if known is None and run.switching is not None:  # the steps may show jumps in the time
+        return False
+    tolerance = np.where(counts, tolerance, np.inf)
+    if not crawl(times, states[:, :n], tolerance, known):
+        return False
+    _tell(p, run, _along(p, bound, times, states, _last_length(run.view("solve.state")[0])))
+    return True
+
+
+def _along(problem, bound, times, states, h):
+    """The sentence about steps in a row that crawl."""
+    t, of = float(times[-1]), switched(bound)
+    if of is None or not of.all:
+        return SENTENCES["crawls"].format(t=t)
+    if of.slides(t, states[-1], h):
+        return _slides(problem, t)
+    k = len(of.crossed(times, states))
+    return SENTENCES[("crawls", "changes", "twists")[min(k, 2)]].format(t=t, k=k)
 
 
 def _saturates(problem, run):
@@ -185,10 +218,7 @@ def _slides(problem, t):
     if not problem.reaction.automatic:
         advice = "Take method='auto', which moves along the switch if no option acts on the state, "
         advice += "or give"
-    return (
-        f"At t = {t:.6g} the solution switches back and forth: both sides of a condition point at "
-        f"the other. {advice} an event or hysteresis."
-    )
+    return SENTENCES["slides"].format(t=t, advice=advice)
 
 
 def of_failure(problem, run):
@@ -198,7 +228,7 @@ def of_failure(problem, run):
         return f" {_slides(problem, t)}"
     met = [] if of is None else of.reached(t, y, ACCUMULATED * abs(t - problem.t0))
     if len(met) > 1:
-        return TWISTS.format(t, len(met))
+        return f" {SENTENCES['twists'].format(t=t, k=len(met))}"
     bound, n_steps = run.bounds[0], counters(run.memory)[0]
     if not problem.method.stable_to or bound.function is None or bound.pair or n_steps < FEWEST:
         return ""

@@ -14,6 +14,7 @@ from fastdyn.problem.domains import options as domains
 from fastdyn.problem.events import event_list
 from fastdyn.problem.options.table import TOLERANCES, refused_among, value_of
 from fastdyn.problem.switched import longer, slid_away
+from fastdyn.run.functions.crawling import SENTENCES
 from fastdyn.run.loop import Raised
 from fastdyn.run.stiffness import FEW, Saturated, Sliding, Stiff, StiffnessWarning
 from fastdyn.specialise.series import NoSeries
@@ -31,10 +32,8 @@ SWITCHES = (
 # friction v / |v| with a guard never ends.
 MOST_ALONG = 500_000
 FOR_EVER = (
-    "'auto' took {} steps along switches of `fun`: at t = {:.6g} the solution changes sides for "
-    "ever, and the steps of {} go across. A step over such a point has an error of its own: "
-    "compare with a smaller rtol, make the change smooth, tanh(v / w) for sign(v), say, or end "
-    "the solve by an event before."
+    "'auto' took {} steps along switches of `fun`. {} The steps of {} go across, each with an "
+    "error of its own: compare with a smaller rtol."
 )
 
 
@@ -108,7 +107,8 @@ def _along_switches(asked, found):
         name = "Radau"
         whole = _to_the_end(of_modes)
     if whole.status == -1 and whole.n_accepted >= MOST_ALONG:
-        warn(FOR_EVER.format(whole.n_accepted, whole.t[-1], _pair(loose)), StiffnessWarning)
+        said = SENTENCES["changes"].format(t=whole.t[-1])
+        warn(FOR_EVER.format(whole.n_accepted, said, _pair(loose)), StiffnessWarning)
     if whole.status == -1 or slid_away(asked, found.of, found.chosen, whole.t, whole.y):
         return None
     result = parted(whole, n)

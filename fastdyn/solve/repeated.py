@@ -19,7 +19,6 @@ from fastdyn.run import again
 from fastdyn.run.again import Solver, keyed_code
 from fastdyn.run.ready import ReadyRun
 from fastdyn.run.solve_problem import in_time, run_of
-from fastdyn.run.stiffness import notice, watch
 
 from .sensitivities import at_events, parted
 
@@ -219,12 +218,6 @@ class Repeated(Solver):
         p = self.problem
         events = [event.like(f) for f, event in zip(others, p.events, strict=True)]
         return p._replace(events=events)
-
-    def goes_on(self, problem, run):
-        watch(problem, run)
-
-    def ended(self, problem, run):
-        notice(problem, run)
 
 
 class WithAdjoint(Repeated):

@@ -15,8 +15,10 @@ from fastdyn.problem.events import between_steps, endless, event_list, for_scipy
 from fastdyn.problem.jacobian import DIFFERENCES
 from fastdyn.problem.options.table import OPTIONS, refused_among, value_of
 from fastdyn.problem.schedules import refuse_schedules
+from fastdyn.run.functions.crawling import MOST, SENTENCES, Samples, crawl
 from fastdyn.run.loop import stops
 from fastdyn.run.result import OdeResult
+from fastdyn.run.stiffness import StiffnessWarning
 
 KNOWN = validate.SHARED_METHODS
 REAL_ONLY = "Radau", "LSODA"  # of these, the methods that take no complex state in SciPy
@@ -112,6 +114,8 @@ def by_scipy(asked, method):
         options["jac"] = lambda t, y: jac(t, y, *args)
     if isinstance(method, str):
         method = _scipys(method, y0, no_step=t0 == tf or not y0.size)
+    if not getattr(method, "compiles", False) and t0 != tf and y0.size:
+        method = _watched(method, derivative)
     if callback is not None:
         method = _observed(method, callback, stopped)
     result = solve_ivp(
@@ -187,6 +191,34 @@ def _observed(method, callback, stopped):
             return message
 
     return Observed
+
+
+def _watched(method, derivative):
+    """SciPy's solver class whose steps are told of if they crawl."""
+    import scipy.integrate
+
+    base = getattr(scipy.integrate, method) if isinstance(method, str) else method
+
+    class Watched(base):
+        def step(self):
+            message = super().step()
+            own = vars(self)
+            done = own["done"] = own.get("done", 0) + 1
+            if done >= MOST:
+                samples = own.get("samples") or own.setdefault("samples", Samples(self._tells))
+                samples.take(done, self.t, self.y)
+            return message
+
+        def _tells(self, times, states):
+            scale = getattr(self, "atol", 0.0) + getattr(self, "rtol", 0.0) * np.abs(states[-1])
+            scale = np.where(scale > 0.0, scale, np.inf)
+            if not crawl(times, states, scale, lambda y: derivative(times[-1], y)):
+                return False
+            said = SENTENCES["crawls"].format(t=times[-1])
+            warn(f"{base.__name__} took {self.done} steps. {said}", StiffnessWarning)
+            return True
+
+    return Watched
 
 
 def _known_at_first(derivative, f0, state):

@@ -7,7 +7,7 @@ from scipy.integrate import DenseOutput, OdeSolver
 
 from fastdyn.compile.bind import leave_to_python, or_in_python
 from fastdyn.compile.sentences import GaveUp
-from fastdyn.kernels.state.record import EVENT, FINISHED, RUNNING, Y
+from fastdyn.kernels.state.record import EVENT, FINISHED, RUNNING, STEP_TOO_SMALL, Y
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked, compiled_method, refuse
 from fastdyn.problem.discrete import longer
@@ -19,7 +19,7 @@ from fastdyn.problem.step_options import within
 from fastdyn.run.dense_output import PiecewisePolynomial, floors_of
 from fastdyn.run.functions.switching import goes_on, rest_of
 from fastdyn.run.loop import counters
-from fastdyn.run.outcome import as_components, n_factorised, occurrences_of, outcome
+from fastdyn.run.outcome import as_components, end_of, n_factorised, occurrences_of
 from fastdyn.run.output import occurrences_in
 from fastdyn.run.result import COUNTS, FIELDS, Counted
 from fastdyn.run.resume import put_tables
@@ -32,18 +32,7 @@ ENDLESS = 2**62
 WATCHED = ("on_event", "at", "every", "discrete", "breakpoints")
 # Arrays of the memory of a Run that a copy takes over; those of tables hold addresses.
 KEPT = ("solve.state", "solve.work", "output.record", "events.table", "events.schedules")
-STATE = (
-    "t",
-    "y",
-    "fun",
-    "t_bound",
-    "direction",
-    "n",
-    "discrete",
-    "t_events",
-    "y_events",
-    "step_size",
-)
+STATE = "t y fun t_bound direction n discrete t_events y_events step_size".split()
 # Attributes that are not copied.
 OF_RUN = ("_run", "_sol", "_given", "_asked", "_problem", "_method", "fun")
 
@@ -311,15 +300,17 @@ class Stepper(OdeSolver):
                 run.check(status)
                 run.compared.after(run)
                 run.tell_jumps()
-                taken = counters(run.memory)[0] > counters(before)[0]
+                done = counters(run.memory)[0]
+                taken = done > counters(before)[0]
+                if status == RUNNING and taken and run.looks.end(done):
+                    status = STEP_TOO_SMALL
                 if status != RUNNING or taken:  # else the step was taken back, at a border
                     break
             except GaveUp as reason:  # the code raises, but the Python function may not
                 leave_to_python(reason.bound, reason)
                 self._other_run(before)
         if status not in (RUNNING, FINISHED, EVENT):
-            state, work = self._run.view("solve.state"), self._run.view("solve.work")
-            return False, outcome(status, state, work, run.problem, run.bounds[0])[1]
+            return False, end_of(run.problem, status, run)[1]
         self.look()
         if self._watches:
             self._take_over(status)

@@ -98,6 +98,13 @@ class Switched:
             if abs(d) <= within * max(abs(up), abs(down)) + ROUNDING * size
         ]  # fmt: skip
 
+    def crossed(self, times, states):
+        """The indices of the switches on both sides of which states at times lie."""
+        sides = np.array(
+            [self._distances(*at)[:, 0] > 0.0 for at in zip(times, states, strict=True)]
+        )
+        return np.flatnonzero(sides.any(axis=0) & ~sides.all(axis=0))
+
     def _distances(self, t, y):
         """Of each switch: the difference, its size, its rates on both sides."""
         if not self.all or self.given() is None:
