@@ -5,7 +5,6 @@ import gc
 import itertools
 import os
 import pathlib
-import random
 import signal
 import subprocess
 import sys
@@ -16,7 +15,7 @@ import matplotlib
 import numpy as np
 import pytest
 
-from support import hanging
+from support import few, hanging
 from support.apart import Apart
 
 matplotlib.use("Agg")
@@ -89,9 +88,8 @@ def pytest_collection_modifyitems(config, items):
     """Before markers deselect: ``few``.  After: ``--fast``, what was quickest in its last run."""
     for _, group in itertools.groupby(items, lambda item: item.nodeid.partition("[")[0]):
         of_test = list(group)
-        few = of_test[0].get_closest_marker("few")
-        n = few.args[0] if few else len(of_test)
-        for item in random.Random(0).sample(of_test, len(of_test))[n:]:  # the same ones each time
+        marker = of_test[0].get_closest_marker("few")
+        for item in few.left_out(of_test, *marker.args) if marker else ():
             item.add_marker("hunt")
     yield
     if config.getoption("fast"):

@@ -5,10 +5,12 @@ import pathlib
 import subprocess
 import sys
 import textwrap
+import types
 
 import pytest
 
 from support.apart import CAN_FORK
+from support.few import left_out
 from support.hanging import Patience
 
 TESTS = pathlib.Path(__file__).parent
@@ -41,6 +43,17 @@ def test_a_busy_machine_shortens_no_test():
         patience.begin("a test")
         assert not any(patience.is_over(1.0, load) for _ in range(seconds - 1)), load
         assert patience.is_over(1.5 * max(load / 2, 1.0), load)
+
+
+def test_few_has_each_value_of_each_parameter():
+    pairs = [{"method": method, "problem": problem} for method in "abcdef" for problem in range(3)]
+    items = [types.SimpleNamespace(callspec=types.SimpleNamespace(params=one)) for one in pairs]
+    hunts = left_out(items)
+    stay = [item.callspec.params for item in items if item not in hunts]
+    assert hunts == left_out(items) and len(stay) <= 6 + 3 - 1
+    assert {one["method"] for one in stay} == set("abcdef")
+    assert {one["problem"] for one in stay} == set(range(3))
+    assert len(left_out(items, 4)) == len(items) - 4
 
 
 def test_the_tests_run_without_the_cache_of_pytest():

@@ -76,6 +76,7 @@ def masked(y):
     return v
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("n", [40, 64, 65, 301])
 def test_a_side_that_an_array_takes_first_is_compared(form, n, monkeypatch):

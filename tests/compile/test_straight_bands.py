@@ -44,6 +44,7 @@ def drawn(rng, n, lower, upper, diagonal):
     return a.reshape(-1), [1, 1j] @ rng.standard_normal((2, n))
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("diagonal", [0.0, 30.0])  # rows are exchanged, or not
 @pytest.mark.parametrize(("lower", "upper"), BANDS)
 def test_bits_are_those_of_the_loops(lower, upper, diagonal):

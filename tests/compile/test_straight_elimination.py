@@ -41,6 +41,7 @@ def drawn(n, shape):
     return None if shape == "full" else places, a, rng.standard_normal((20, n, 2))
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("n", [1, 2, 3, 5, FULL])
 def test_bits_are_those_of_the_loops(n, shape):

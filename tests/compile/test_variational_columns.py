@@ -40,6 +40,7 @@ def bound_to(args, directions):
     return bind_variational(equations, args, Near(0.0, 1.0, np.linspace(0.5, 1, N))), m
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("directions", [(1,), (0, 1, 2)])
 @pytest.mark.parametrize("length", [3, 8, 23])
 def test_complex_steps_and_single_nodes(length, directions):

@@ -70,6 +70,7 @@ def test_methods_of_known_behaviour(method, options, verdicts):
     assert str(study).count("\n") - ("before the first step" in str(study)) == 2
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("method", ["Gauss16", "GaussNystrom16"])
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.6])
 def test_gauss16_follows_brouwers_law(e, method):

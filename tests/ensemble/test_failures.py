@@ -34,7 +34,7 @@ def by_growth(t, y, k):
     return [math.exp(y[0] * 300.0 * k)]
 
 
-@pytest.mark.few(14)
+@pytest.mark.few
 @pytest.mark.parametrize("simd", ["auto", False])
 @pytest.mark.parametrize("fun", [by_root, by_hand, by_key, by_division, by_growth])
 @pytest.mark.parametrize("method", ["RK45", "Vern7", "RK4", "Rodas5P"])

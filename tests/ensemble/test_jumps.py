@@ -21,6 +21,7 @@ def balls(simd=False, method="RK45", events=ground, on_event=bounce, **options):
     return run, lambda i: solve_ivp(falling, (0.0, 2.5), y0[i], args=(float(e[i]),), **given)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("method", ["RK45", "DOP853", "ode45", "RK4"])
 @pytest.mark.parametrize("t_eval", [None, np.linspace(0.0, 2.5, 11)])
 def test_each_trajectory_is_the_single_solve(method, t_eval):

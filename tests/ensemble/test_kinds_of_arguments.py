@@ -46,6 +46,7 @@ def asked_for_its_kind(t, y, on):
     return [-y[0] * isinstance(on, bool)]
 
 
+@pytest.mark.few
 @pytest.mark.filterwarnings("ignore:.*cannot be compiled")
 @pytest.mark.filterwarnings("ignore:Bitwise inversion:DeprecationWarning")
 @pytest.mark.parametrize("first", [True, False])

@@ -33,6 +33,7 @@ def of_each(n):
     return [np.array([0.0, 1.0, 2.5, 4.0, 5.5])[i % 3 : 3 + i % 3] + 0.01 * i for i in range(n)]
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("method", ["RK45", "Vern9", "Rodas5P", "Taylor", "Radau"])
 @pytest.mark.parametrize("simd", ["auto", False])
 def test_each_trajectory_has_its_times(method, simd):

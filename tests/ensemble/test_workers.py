@@ -108,6 +108,7 @@ def test_what_cannot_be_sent_or_is_no_client_is_refused():
         solve_ensemble(**problem(), client=ThreadPoolExecutor(1), block=0)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 9, 17])
 @pytest.mark.parametrize("kept", [False, True], ids=["assembled", "stored"])
 @pytest.mark.filterwarnings("error")

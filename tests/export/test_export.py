@@ -158,6 +158,7 @@ def test_where_python_raises_the_numbers_are_nan(compiled):
 # -- systems
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("name", systems.SYSTEMS)
 def test_systems_and_their_jacobians(name, compiled):
     system = systems.SYSTEMS[name]()

@@ -105,6 +105,7 @@ def slope(levels, errors):
     return np.polyfit(np.log(levels), np.log(errors), 1)[0]
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("name", MOTIONS)
 @pytest.mark.parametrize("method", ADAPTIVE)
 def test_error_is_what_the_tolerated_errors_of_the_steps_grow_to(method, name):
@@ -126,6 +127,7 @@ def test_error_is_proportional_to_the_tolerance(method, name):
     assert abs(slope(RTOLS, errors) - 1) < 2 / (len(RTOLS) - 1)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("name", MOTIONS)
 @pytest.mark.parametrize("method", [m for m in FIXED if "16" not in m])  # at rounding at once
 def test_error_falls_with_the_step_as_the_order_says(method, name):

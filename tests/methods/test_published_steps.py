@@ -42,7 +42,7 @@ def distances(a, b, t):
     return np.array([*apart, *events])
 
 
-@pytest.mark.few(12)
+@pytest.mark.few
 @pytest.mark.parametrize(("name", "direction"), RUNS)
 @pytest.mark.parametrize("method", SCIPYS)
 def test_the_steps_are_scipys(method, name, direction):

@@ -91,7 +91,7 @@ def solved(function, network, method, fun="fun", **options):
     return function(given, SPAN, network.y0, method, **{**OPTIONS, **options})
 
 
-@pytest.mark.few(28)
+@pytest.mark.few
 @pytest.mark.parametrize("form", ["exact", "given", "constant", "pattern"])
 @pytest.mark.parametrize("kind", NETWORKS, ids=str)
 @pytest.mark.parametrize("method", METHODS)
@@ -116,6 +116,7 @@ def test_counts_are_scipys_in_each_layout(method, kind, form, monkeypatch):
     assert np.abs(ours.y[:, -1] - theirs.y[:, -1]).max() < 0.1 * OPTIONS["rtol"]
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("mass", [False, True])
 @pytest.mark.parametrize("kind", KINDS)
 def test_rodas_has_the_end_of_full_matrices_in_each_layout(kind, mass, monkeypatch):
@@ -214,6 +215,7 @@ def test_what_a_sparse_jacobian_raises_arrives():
         solved(solve_ivp, network, "BDF", "in_python", jac=lambda t, y: next(now)(t, y))
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("method", [*METHODS, "Rodas5P"])
 @pytest.mark.parametrize("kind", ["ring", "full", "sparse"])
 def test_a_resumed_solve_has_the_bits_of_a_whole_one(method, kind, tmp_path, monkeypatch):

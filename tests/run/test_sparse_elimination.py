@@ -27,6 +27,7 @@ def eliminated(matrix):
     return Elimination(matrix.shape[0], matrix.indptr, matrix.indices)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("factor", [1.0, 1.0 + 0.7j], ids=["real", "complex"])
 @pytest.mark.parametrize("seed", range(6))
 def test_solutions_are_those_of_the_matrix(seed, factor):

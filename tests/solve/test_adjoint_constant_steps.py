@@ -73,6 +73,7 @@ def test_kicks_and_drifts(name):
     assert np.abs(flat(r.vjp(g)) - exact).max() <= 4 * EPS * len(steps) * np.abs(exact).max()
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("name", ["VelocityVerlet", "BlanesMoan6", "RK4"])
 @pytest.mark.parametrize(("span", "t_eval"), [((0, 3), None), ((1, -2), [0.7, 0.2, -2])])
 @pytest.mark.parametrize("room", [Keeping.room, 30])

@@ -63,6 +63,7 @@ def test_the_second_crossing_in_a_step_ends_a_run_or_acts():
     assert len(acts.t_events[0]) == len(CROSSINGS)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("simd", [True, False])
 @pytest.mark.parametrize("method", ["Tsit5", "Vern9", "Rodas5P"])
 def test_members_of_an_ensemble_lose_none(method, simd):

@@ -53,6 +53,7 @@ def slope(of):
     return (of(K + STEP) - of(K - STEP)) / (2 * STEP)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("event", EVENTS)
 @pytest.mark.parametrize("method", ["Tsit5", "Vern9", "Radau"])
 def test_time_state_and_end_have_the_derivatives_of_differences(event, method):

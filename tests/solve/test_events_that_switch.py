@@ -131,6 +131,7 @@ def late(t, y, start):
     return 1.0 if start < t < start + 0.1 else -1.0
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("simd", [True, False])
 @pytest.mark.parametrize("acts", [None, lambda t, y, start: [y[0] + 1.0]])
 @pytest.mark.parametrize("method", ["Tsit5", "Rodas5P", "RK45"])

@@ -48,6 +48,7 @@ def by_euler(name):
     return np.array(found)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("name", LEVELS)
 @pytest.mark.parametrize("each", [True, False])
 def test_a_thermostat_follows_its_level(name, each):

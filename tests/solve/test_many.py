@@ -62,6 +62,7 @@ OPTIONS = {
 }
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
 def test_the_same_as_one_by_one(options, monkeypatch):
     solver = prepare(spring, SPAN, STARTS[0], args=(1.0, 0.1), compile="shared", **options)

@@ -84,6 +84,7 @@ def outcome(solve, fun, given):
         return type(error), str(error), getattr(error, "__notes__", None)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("method", ["RK45", "LSODA", "Radau"])
 @pytest.mark.parametrize("form", FORMS)
 def test_calls_in_any_order_beside_the_long_way_and_scipy(form, method):

@@ -71,6 +71,7 @@ def changes(draw, scope, fun):
     ]
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("method", ["RK45", "Taylor", "BDF"])
 @pytest.mark.parametrize("name", [text.split("(")[0] for text in FUNCTIONS])
 def test_calls_in_any_order(name, method):

@@ -35,7 +35,7 @@ def samples(rng):
     return np.full(20, 0.25) if rng.random() < 0.2 else u
 
 
-@pytest.mark.few(16)
+@pytest.mark.few
 @pytest.mark.parametrize("method", ["Tsit5", "Vern9", "Rodas5P", "RK45", "LSODA"])
 @pytest.mark.parametrize("name", INPUTS)
 @pytest.mark.filterwarnings("ignore::fastdyn.SwitchingWarning")

@@ -168,6 +168,7 @@ def test_times_follow_parameters_and_spans_from_call_to_call(method):
         ]
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("method", METHODS[1:])
 @pytest.mark.parametrize("simd", [True, False])
 @pytest.mark.parametrize("span", [(0.0, 10.0), (10.0, 0.0)])

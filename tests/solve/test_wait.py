@@ -129,6 +129,7 @@ def test_an_event_that_waits_at_the_time_of_a_schedule():
     assert np.allclose(found.t_events[0], thinned(every()), rtol=0, atol=1e-6)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("method", ["RK45", "Tsit5", "Taylor", "Rodas5P"])
 @pytest.mark.parametrize("simd", [True, False])
 def test_members_of_an_ensemble_wait_each_for_itself(method, simd):

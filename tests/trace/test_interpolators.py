@@ -57,7 +57,7 @@ def places(rng, x):
     return np.concatenate([x, *beside, apart, [x[0] - 3, x[-1] + 3, np.nan, np.inf, -np.inf]])
 
 
-@pytest.mark.few(36)
+@pytest.mark.few
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("end", ENDS)
