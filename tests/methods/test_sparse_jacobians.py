@@ -78,7 +78,7 @@ NETWORKS = {  # by the layout that their exact Jacobian gets; None: our eliminat
 KINDS = {
     "band": BAND,
     "narrow": NARROW,
-    "wider band": BAND,
+    "wider band": NARROW,
     "ring": BAND,
     "full": FULL,
     "corners of zeros": FULL,

@@ -42,7 +42,6 @@ from .residual import matrices_of_residual
 from .sparse_solver import SparseSolver
 
 SMALL = 32  # up to so many components, our elimination is as fast as LAPACK's
-FEW = 8  # up to so many lower diagonals, our loops over a real band are faster than LAPACK's
 WIDE = 160  # from this bandwidth on, a sparse solver may be faster than a band solver
 SPARSE = 0.1  # largest share of elements in a sparse matrix
 GAIN = 2  # factor by which a new order of the components must narrow the band
@@ -226,7 +225,7 @@ def _band(n, entries, mass):
             lower, upper = narrower
             order = found
     ld = 2 * lower + upper
-    kind = NARROW if lower <= FEW and not are_short(lower, upper) else BAND
+    kind = BAND if are_short(lower, upper) else NARROW
     return Layout(kind, ld + 1, ld, lower, upper, order)
 
 

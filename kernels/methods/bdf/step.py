@@ -116,13 +116,19 @@ def _iterate(rhs, s, t, work, block, c, tolerance):
 def _solve_formula(rhs, s, t, work, block, h, tolerance):
     """The state at t, the end of a step of size h: (status, converged, iterations)."""
     order = s.order
-    for i in range(work.shape[1]):
-        total = work[D, i]
-        psi = 0.0
-        for j in range(1, order + 1):
-            total += work[D + j, i]
-            psi += work[D + j, i] * GAMMA[j]
-        work[PREDICTED, i], work[PSI, i] = total, psi / ALPHA[order]
+    n = work.shape[1]
+    total = work[PREDICTED]
+    psi = work[PSI]
+    copy_row(work[D], total)
+    for i in range(n):
+        psi[i] = 0.0
+    for j in range(1, order + 1):  # row by row, in vectors
+        difference = work[D + j]
+        for i in range(n):
+            total[i] += difference[i]
+            psi[i] += difference[i] * GAMMA[j]
+    for i in range(n):
+        psi[i] /= ALPHA[order]
     c = h / ALPHA[order]
     while True:
         if s.factorised == 0:
@@ -174,8 +180,11 @@ def _go_on(s, work, t_new, h, error, safety):
         work[SLOPE, i] = (work[PSI, i] + work[RISE, i]) / c
         work[D + order + 2, i] = work[RISE, i] - work[D + order + 1, i]
         work[D + order + 1, i] = work[RISE, i]
-        for j in range(order, -1, -1):
-            work[D + j, i] += work[D + j + 1, i]
+    for j in range(order, -1, -1):
+        difference = work[D + j]
+        higher = work[D + j + 1]
+        for i in range(work.shape[1]):
+            difference[i] += higher[i]
     s.t_old = s.t
     s.t = t_new
     s.n_equal += 1
