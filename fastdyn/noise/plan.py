@@ -4,24 +4,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fastdyn import code_store
 from fastdyn.code_store.target import width as lanes
-from fastdyn.compile import memory
 from fastdyn.compile.bind import bind
 from fastdyn.compile.derivatives.jacobian import jacobian
 from fastdyn.compile.derivatives.vector_form import vector_form
 from fastdyn.compile.mode import DERIVATIVE, EVENT
 from fastdyn.compile.parameters import pack_all
-from fastdyn.compile.sentences import Uncompilable, explain
+from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FIRST
+from fastdyn.specialise.in_lanes import check_length
+from fastdyn.specialise.noise import by_address, in_lanes
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.words.near import did_you_mean
 
 from .methods import METHODS
-
-MOST_VECTORS = 24  # most components in registers, as for ensembles
-SYMBOL = "fastdyn_function"
 
 
 class Plan(NamedTuple):
@@ -140,9 +137,6 @@ def _misfit(method, calculus, noise):
     )
 
 
-_kernels = memory.Table()
-
-
 def kernel_of(plan, equations, bounds, events, args, near):
     """The Kernel: on vectors if all functions have a form on vectors, else one path at a time."""
     try:
@@ -153,16 +147,18 @@ def kernel_of(plan, equations, bounds, events, args, near):
                 f'`method="{plan.method.name}"` needs the derivative of `diffusion` on vectors: '
                 f'{reason}. Choose "EulerMaruyama" or "Platen".'
             ) from None
-        return _by_address(plan, bounds, str(reason))
+        code = by_address(plan)
+        block = np.array([bound.block.ctypes.data for bound in bounds.all], np.int64)
+        return Kernel(code, block, 1, str(reason), bounds.all, [code, bounds])
 
 
 def _in_lanes(plan, equations, bounds, events, args, near):
-    if plan.n > MOST_VECTORS or plan.n_sources > MOST_VECTORS:
-        raise Uncompilable(f"{max(plan.n, plan.n_sources)} components are more than {MOST_VECTORS}")
+    check_length(max(plan.n, plan.n_sources))
     for bound in bounds.all:
         if bound.function is None or bound.function.traced is None:
             raise Uncompilable("a function cannot be traced")
-    width, same = lanes(), (False,) * len(args)
+    width = lanes()
+    same = (False,) * len(args)
     functions = [(equations.drift, DERIVATIVE, equations.n)]
     functions += [(column, DERIVATIVE, equations.n) for column in equations.columns]
     functions += [(event, EVENT, plan.n) for event in events]
@@ -170,50 +166,11 @@ def _in_lanes(plan, equations, bounds, events, args, near):
         vector_form(fun, args, same, mode, n, near._replace(y0=near.y0[:n]), width)
         for fun, mode, n in functions
     ]
-    if any(form.raises for form in forms):
-        raise Uncompilable("a function can raise an exception, which vectors do not notice")
-    symbols = [f"{SYMBOL}{i}" for i in range(len(forms))]
-    texts = {symbol: form.text for symbol, form in zip(symbols, forms, strict=True)}
-    slope = None
-    if plan.method.derivative:
-        found, texts[f"{SYMBOL}_slope"] = forms[1].jacobian(False)
-        places = [list(map(int, each)) for each in (found.rows, found.columns)]
-        slope = (f"{SYMBOL}_slope", found.size, *places)
-    sizes = [form.n_words for form in forms]
-    key = f"noise {plan} {width} {[form.key for form in forms]}"
-    compiled = _kernels.get(key)
-    if compiled is None:
-
-        def build():
-            from .kernels import in_lanes
-
-            return in_lanes(plan, symbols, sizes, slope, width)
-
-        try:
-            compiled = code_store.stored(key)
-            if compiled is None:
-                shapes = [form.n_results for form in forms]
-                place = f"noise waits {plan} {width} {shapes} {sizes[:-1]} {slope}"
-                unlinked = code_store.without_function(place, build)
-                compiled = code_store.linked(key, unlinked, texts, lambda: None)
-        except Exception as error:
-            raise Uncompilable(explain(error)) from error
-        _kernels.put(key, compiled)
-    block = np.zeros(FIRST + sum(sizes), np.int64)
-    keepalive = [compiled, forms]
+    code = in_lanes(plan, forms, width)
+    block = np.zeros(FIRST + sum(form.n_words for form in forms), np.int64)
+    keepalive = [code, forms]
     pack_all([each for form in forms for each in form.parameters], block, keepalive)
-    return Kernel(compiled, block, width, "", bounds.all, keepalive)
-
-
-def _by_address(plan, bounds, reason):
-    def build():
-        from .kernels import by_address
-
-        return by_address(plan)
-
-    code = code_store.compiled(f"noise by address {plan}", build)
-    block = np.array([bound.block.ctypes.data for bound in bounds.all], np.int64)
-    return Kernel(code, block, 1, reason, bounds.all, [code, bounds])
+    return Kernel(code, block, width, "", bounds.all, keepalive)
 
 
 def near_of(t0, tf, y0):

@@ -49,6 +49,12 @@ def serve(*sample):
     return _named("fastdyn.kernels.ensemble.scheduler.serve"), kernel_of(*sample)
 
 
+def around_paths(form, *given):
+    """The loop over paths of stochastic equations around functions, in one of two forms."""
+    make = _named(f"fastdyn.kernels.noise.around.{form}")
+    return make(*given), _named("fastdyn.specialise.signatures.noise.PATHS")
+
+
 def start(method, splits):
     """The start of a method; `splits` tells whether a pair's functions are called separately."""
     place = PLAIN_START if splits else method.start

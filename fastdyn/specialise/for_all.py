@@ -10,16 +10,16 @@ FOR_ALL = {  # name: function in `kernels`, signature in `specialise`
     "solution": ("algebra.padded.solution.solution", "signatures.SOLUTION"),
     "past": ("output.dense_output.state_before", "signatures.PAST"),  # of a delay equation
     "within past": ("output.past.steps.advance", "signatures.ADVANCE"),
-    "sparse factors": ("algebra.sparse.factors.factors", "signatures_of_sparse.SPARSE_FACTORS"),
-    "sparse solution": ("algebra.sparse.factors.solution", "signatures_of_sparse.SPARSE_SOLUTION"),
+    "sparse factors": ("algebra.sparse.factors.factors", "signatures.sparse.SPARSE_FACTORS"),
+    "sparse solution": ("algebra.sparse.factors.solution", "signatures.sparse.SPARSE_SOLUTION"),
     "complex sparse factors": (
-        "algebra.sparse.factors.factors", "signatures_of_sparse.COMPLEX_SPARSE_FACTORS"
+        "algebra.sparse.factors.factors", "signatures.sparse.COMPLEX_SPARSE_FACTORS"
     ),
     "complex sparse solution": (
-        "algebra.sparse.factors.solution", "signatures_of_sparse.COMPLEX_SPARSE_SOLUTION"
+        "algebra.sparse.factors.solution", "signatures.sparse.COMPLEX_SPARSE_SOLUTION"
     ),
-    "newton": ("stepping.collocation.newton", "signatures_of_meshes.NEWTON"),
-    "residuals": ("stepping.collocation.rms_residuals", "signatures_of_meshes.RESIDUALS"),
+    "newton": ("stepping.collocation.newton", "signatures.meshes.NEWTON"),
+    "residuals": ("stepping.collocation.rms_residuals", "signatures.meshes.RESIDUALS"),
     "watch": ("output.between_steps.watch", "signatures.WATCH"),
     # For solves with events and nothing else; without events, projection, breakpoints.
     "watch events": ("output.between_steps.watch_events", "signatures.WATCH"),
@@ -27,7 +27,7 @@ FOR_ALL = {  # name: function in `kernels`, signature in `specialise`
     "launch": ("output.whole_solves.launch", "signatures.LAUNCH"),
     "interpolant": ("output.dense_output.interpolant", "signatures.INTERPOLANT"),
     "whole solve": ("output.whole_solves.whole_solve", "signatures.WHOLE_SOLVE"),
-    "decide": ("output.changes.decide", "signatures_of_changes.DECIDE"),  # about switching times
+    "decide": ("output.changes.decide", "signatures.changes.DECIDE"),  # about switching times
     "events": ("output.events.open_events", "signatures.OPEN"),
     "all roots": ("output.series_roots.all_roots.find_all", "signatures.FIND"),  # of a step
     "roots inside": ("output.series_roots.inside.find_inside", "signatures.FIND"),
@@ -35,25 +35,25 @@ FOR_ALL = {  # name: function in `kernels`, signature in `specialise`
     "survey": ("output.invariants.survey", "signatures.SURVEYING"),
     "already": ("ensemble.watched.already", "signatures.ADVANCE"),
     "wisdom holman": ("methods.wisdom_holman.steps.advance", "signatures.ADVANCE"),
-    "sweep": ("stepping.backward.sweep", "signatures_of_sweeps.SWEEP"),
-    "replay": ("stepping.backward.replay", "signatures_of_sweeps.REPLAY"),
-    "steps": ("stepping.backward_whole.steps_between", "signatures_of_sweeps.STEPS"),
-    "sweep whole": ("stepping.backward_whole.sweep_whole", "signatures_of_sweeps.SWEEP_WHOLE"),
-    "sweep of kicks": ("stepping.backward_splitting.sweep", "signatures_of_sweeps.SWEEP_OF_KICKS"),
+    "sweep": ("stepping.backward.sweep", "signatures.sweeps.SWEEP"),
+    "replay": ("stepping.backward.replay", "signatures.sweeps.REPLAY"),
+    "steps": ("stepping.backward_whole.steps_between", "signatures.sweeps.STEPS"),
+    "sweep whole": ("stepping.backward_whole.sweep_whole", "signatures.sweeps.SWEEP_WHOLE"),
+    "sweep of kicks": ("stepping.backward_splitting.sweep", "signatures.sweeps.SWEEP_OF_KICKS"),
     "replay of kicks": (
-        "stepping.backward_splitting.replay", "signatures_of_sweeps.REPLAY_OF_KICKS"
+        "stepping.backward_splitting.replay", "signatures.sweeps.REPLAY_OF_KICKS"
     ),
     "sweep of rosenbrock": (
-        "stepping.backward_rosenbrock.sweep", "signatures_of_sweeps.SWEEP_OF_ROSENBROCK"
+        "stepping.backward_rosenbrock.sweep", "signatures.sweeps.SWEEP_OF_ROSENBROCK"
     ),
     "replay of rosenbrock": (
-        "stepping.backward_rosenbrock.replay", "signatures_of_sweeps.REPLAY_OF_ROSENBROCK"
+        "stepping.backward_rosenbrock.replay", "signatures.sweeps.REPLAY_OF_ROSENBROCK"
     ),
     "sweep of collocation": (
-        "stepping.backward_collocation.sweep", "signatures_of_sweeps.SWEEP_OF_COLLOCATION"
+        "stepping.backward_collocation.sweep", "signatures.sweeps.SWEEP_OF_COLLOCATION"
     ),
     "replay of collocation": (
-        "stepping.backward_collocation.replay", "signatures_of_sweeps.REPLAY_OF_COLLOCATION"
+        "stepping.backward_collocation.replay", "signatures.sweeps.REPLAY_OF_COLLOCATION"
     ),
     "other jacobian": ("stepping.jacobian.other_jacobian", "signatures.OTHER_JACOBIAN"),
     "other factors": ("algebra.matrices.other_factors", "signatures.OTHER_FACTORS"),
@@ -75,4 +75,4 @@ FOR_ALL |= {
 def modules_of(name):
     """The modules, from fastdyn on, that the key of a kernel covers with their imports."""
     function, signature = FOR_ALL[name]
-    return f"kernels.{function.rpartition('.')[0]}", f"specialise.{signature.partition('.')[0]}"
+    return f"kernels.{function.rpartition('.')[0]}", f"specialise.{signature.rpartition('.')[0]}"

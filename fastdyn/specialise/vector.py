@@ -5,12 +5,10 @@
 
 from typing import NamedTuple
 
-from fastdyn import code_store
 from fastdyn.code_store.target import width
-from fastdyn.compile import memory
 from fastdyn.compile.derivatives.vector_form import vector_form
 from fastdyn.compile.mode import EVENT
-from fastdyn.compile.sentences import Uncompilable, explain
+from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
 from fastdyn.kernels.algebra.elimination_structure import MOST_PRODUCTS, structure
 from fastdyn.kernels.ensemble import events_and_folds
@@ -20,11 +18,11 @@ from fastdyn.kernels.methods.method import Derivatives
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.layout import Form
 
+from .in_lanes import check_length, linked
 from .scalar import FUNCTION, module_of
 from .signatures import ADVANCE_VECTORS
 from .vector_rhs import named, number, right_hand_side
 
-MAX_VECTORS = 24
 JACOBIAN = "fastdyn_jacobian"  # symbol of the Jacobian's code
 
 
@@ -99,9 +97,6 @@ def _derivatives(jacobian, mass):
     return Derivatives(function, jacobian.rows, jacobian.columns, not jacobian.autonomous, mass)
 
 
-_kernels = memory.Table()
-
-
 def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), mass=None):
     """The stepping kernel of a method for n vectors, with `fun` inlined.
 
@@ -137,8 +132,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
     method = METHODS[name].code
     if method.lane_kernel is None:
         raise Uncompilable(f"the steps of {name} are not written for vectors")
-    if n > MAX_VECTORS:
-        raise Uncompilable(f"{n} components are more than {MAX_VECTORS}")
+    check_length(n)
     events, folds = between
     inside = METHODS[name].looks_inside
     if events and inside and mass is not None:
@@ -159,42 +153,30 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
     keys = [form.key for form in forms]
     key = f"lanes {name} {n} {width()} {extrema} {len(events)} {inside} {mass} {keys}"
     sizes = [form.n_words for form in forms]
-    compiled = _kernels.get(key)
-    if compiled is None:
-        symbols = [f"{FUNCTION}{i}" for i in range(len(forms))]
-        texts = {symbol: form.text for symbol, form in zip(symbols, forms, strict=True)}
-        shapes, structure = ([f.n_results for f in forms], sizes[:-1]), None
+    symbols = [f"{FUNCTION}{i}" for i in range(len(forms))]
+    texts = {symbol: form.text for symbol, form in zip(symbols, forms, strict=True)}
+    shapes, structure = ([f.n_results for f in forms], sizes[:-1]), None
+    if derived is not None:
+        jacobian, texts[JACOBIAN] = derived
+        structure = (
+            *(list(map(int, places)) for places in (jacobian.rows, jacobian.columns)),
+            jacobian.autonomous,
+            mass,
+        )
+
+    def build():
+        user, *others = [named(s, form.n_results) for s, form in zip(symbols, forms, strict=True)]
+        numbers = [number(f, sum(sizes[: i + 1])) for i, f in enumerate(others)]
+        watched = _watched(numbers[: len(events)], inside)
+        accumulated = _in_turn(_accumulate, numbers[len(events) :], N_FIELDS + 2 * len(events))
+        given = [extrema or None, watched, accumulated]
         if derived is not None:
-            jacobian, texts[JACOBIAN] = derived
-            structure = (
-                *(list(map(int, places)) for places in (jacobian.rows, jacobian.columns)),
-                jacobian.autonomous,
-                mass,
-            )
+            given.append(_derivatives(derived[0], mass))
+        kernel = method.lane_kernel(right_hand_side(user), Form(n, width()), *given)
+        return kernel, ADVANCE_VECTORS
 
-        def build():
-            user, *others = [
-                named(s, form.n_results) for s, form in zip(symbols, forms, strict=True)
-            ]
-            numbers = [number(f, sum(sizes[: i + 1])) for i, f in enumerate(others)]
-            watched = _watched(numbers[: len(events)], inside)
-            accumulated = _in_turn(_accumulate, numbers[len(events) :], N_FIELDS + 2 * len(events))
-            given = [extrema or None, watched, accumulated]
-            if derived is not None:
-                given.append(_derivatives(derived[0], mass))
-            kernel = method.lane_kernel(right_hand_side(user), Form(n, width()), *given)
-            return kernel, ADVANCE_VECTORS
-
-        place = f"waits {name} {n} {width()} {extrema} {len(events)} {shapes} {structure}"
-        try:
-            made_by = code_store.FUNCTIONS.around(module_of(METHODS[name]))
-            compiled = code_store.stored(key, made_by)
-            if compiled is None:
-                kernel = code_store.without_function(place, build, made_by)
-                compiled = code_store.linked(key, kernel, texts, lambda: None, made_by)
-        except Exception as error:
-            raise Uncompilable(explain(error)) from error
-        _kernels.put(key, compiled)
+    place = f"waits {name} {n} {width()} {extrema} {len(events)} {shapes} {structure}"
+    compiled = linked(key, place, texts, build, module_of(METHODS[name]), "specialise.vector")
     keepalive, parameters = [compiled, forms], [form.parameters for form in forms]
     watches, accumulates = bool(events), bool(folds)
     return Kernel(
@@ -206,8 +188,7 @@ def series_kernel(order, fun, args, varying, mode, n, near, extrema, between=(()
     """The kernel of the Taylor method of an order, without extrema, events and folds in lanes."""
     if extrema or any(between):
         raise Uncompilable("Taylor takes extrema, events and folds one trajectory at a time")
-    if n > MAX_VECTORS:
-        raise Uncompilable(f"{n} components are more than {MAX_VECTORS}")
+    check_length(n)
     form = vector_form(fun, args, varying, mode, n, near, width())
     try:
         code = form.series(order)

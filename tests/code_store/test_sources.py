@@ -16,7 +16,7 @@ from fastdyn import code_store
 from fastdyn.code_store.key import sources as covered
 from fastdyn.code_store.key.sources import FUNCTIONS, KERNELS, OF_KERNELS
 from fastdyn.kernels.methods import BY_NAME
-from fastdyn.specialise import scalar
+from fastdyn.specialise import noise, scalar
 
 PACKAGE = pathlib.Path(fastdyn.__file__).parent
 OUR_KERNELS = pathlib.Path(fastdyn.kernels.__file__).parent
@@ -25,7 +25,7 @@ FOLDERS = sorted(
     | {"kernels"}
 )
 MAKERS = {"assembled", "compiled", "linked", "without_function"}  # of code_store
-COMPILER = {"compile", "noise", "trace"}  # `noise` makes loops around functions of users
+COMPILER = {"compile", "trace"}
 # What tells Numba something that holds for the whole process, whoever imports the module.
 FOR_ALL_CODE = {
     "kernels.algebra.for_numba", "kernels.state.constant", "kernels.vector.number",
@@ -110,6 +110,8 @@ def every_key():
         module = scalar.module_of(method)
         yield f"a function in {method.name}", FUNCTIONS.around(module)
         yield f"waits {method.name}", KERNELS.around(module)
+    yield "a function in noise", FUNCTIONS.around(*noise.MADE_IN)
+    yield "noise by address", KERNELS.around(*noise.MADE_IN)
 
 
 BARE = """
@@ -156,6 +158,14 @@ def calls():
             yield f"waits {name}", f"dispatchers.without_function({name!r}, 2)"
         if method.batched:
             yield f"waits {name}", f"dispatchers.stages({name!r}, 2)"
+    plan = NOISE.replace("namespace", "types.SimpleNamespace")
+    yield "noise by address", f"dispatchers.around_paths('by_address', {plan})"
+
+
+NOISE = (
+    "namespace(method=namespace(step='heun', langevin=False, areas=False), diagonal=True, "
+    "ito=False, n_columns=1, terminal=(True,))"
+)
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
@@ -192,7 +202,8 @@ OUTSIDE = {  # an edit of a file of kernels that changes no key of a family
     "factors": "output/events.py", "wisdom holman": "output/events.py",
     "other factors": "methods/radau/step.py", "pencil rates": "output/events.py",
     "waits Tsit5": "methods/taylor/steps.py", "a function": "methods/radau/step.py",
-    "a function in RK45": "methods/radau/step.py",
+    "a function in RK45": "methods/radau/step.py", "a function in noise": "methods/rk45.py",
+    "noise by address": "methods/explicit.py",
 }  # fmt: skip
 
 
@@ -209,6 +220,11 @@ def test_an_edit_of_a_method_changes_its_keys(changed):
             keys |= {scalar._shared(name, True).key, scalar._dense_rows(name, True).key}
         keys |= {f"waits {name}", f"a function in {name}"}
         assert keys <= changed[file], name
+
+
+@pytest.mark.parametrize("file", ["noise/steps.py", "noise/passages.py", "random/philox.py"])
+def test_an_edit_of_the_loop_over_paths_changes_its_keys_alone(changed, file):
+    assert changed[f"kernels/{file}"] == {"a function in noise", "noise by address"}
 
 
 def test_what_numba_is_told_for_the_process_counts_for_all_code(changed):

@@ -21,8 +21,8 @@ OF_KERNELS = frozenset({"kernels", "specialise", "code_store"})  # the folders t
 # functions: a new folder is safe.  A test sees that these folders make none.
 _WITHOUT = {
     "__pycache__", "analysis", "cli", "course", "dae", "delays", "derive", "drift", "ensemble",
-    "explore", "fitting", "integrate", "matlab", "pages", "planets", "plot", "problem", "run",
-    "solve", "systems", "words",
+    "explore", "fitting", "integrate", "matlab", "noise", "pages", "planets", "plot", "problem",
+    "run", "solve", "systems", "words",
 }  # fmt: skip
 _MAKING = OF_KERNELS | {
     folder.name for folder in os.scandir(PACKAGE) if folder.is_dir() and folder.name not in _WITHOUT

@@ -16,7 +16,7 @@ from fastdyn.kernels.methods.adjoint import (
     Terms,
 )
 
-from .signatures import ROW, TABLE, WORDS, kernel_of
+from . import ROW, TABLE, WORDS, kernel_of
 
 TERMS = Terms(WORDS, WORDS, ROW)
 OF_STEPS = Steps(ROW, ROW, ROW, WORDS), 0, TABLE

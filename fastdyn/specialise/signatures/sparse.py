@@ -4,7 +4,7 @@ import numpy as np
 
 from fastdyn.kernels.algebra.sparse.factors import SparseFactors, SparsePattern
 
-from .signatures import ROW, WORDS, kernel_of
+from . import ROW, WORDS, kernel_of
 
 COMPLEX = np.empty(0, complex)
 PATTERN = SparsePattern(*[WORDS] * 3)

@@ -2,7 +2,7 @@
 
 from fastdyn.kernels.stepping.collocation import Functions, Mesh, Room
 
-from .signatures import CUBE, ROW, TABLE, WORDS, kernel_of
+from . import CUBE, ROW, TABLE, WORDS, kernel_of
 
 OF_MESH = (
     Functions(WORDS, WORDS, WORDS, WORDS, TABLE, TABLE, TABLE),

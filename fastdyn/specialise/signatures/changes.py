@@ -2,6 +2,6 @@
 
 from fastdyn.kernels.output.changes import Limits
 
-from .signatures import ROW, TABLE, WORDS, kernel_of
+from . import ROW, TABLE, WORDS, kernel_of
 
 DECIDE = kernel_of(WORDS, Limits(*[0.0] * 8), ROW, ROW, ROW, TABLE, TABLE, ROW)
