@@ -30,10 +30,11 @@ W, H, W_NEXT, H_NEXT, MEAN, SHARE, STACK = range(7)
 G, Y, OUT, SLOPE, OTHER_SLOPE, STAGE, PRODUCT, UP, DOWN, KEEPS, KICK = range(11)
 N_ROWS = 11
 
-# Rows of `scratch` for each event: g and its variance at the start of a step, g at the end, where a
-# passage was, and normal numbers for its time.
-BEFORE, VARIANCE, AFTER, HIT, FIRST, SECOND, THIRD = range(7)
-N_SCRATCH = 7
+# Rows of `scratch` for each event: g and its variance at the start of the next step; whether the
+# last step has a passage; then g at its start and at its end, normal numbers for the time of the
+# passage, and its share of the step.
+BEFORE, VARIANCE, HIT, START, AFTER, FIRST, SECOND, THIRD, AT = range(9)
+N_SCRATCH = 9
 
 # What a number serves, in the upper bits of the word of the source; from HALF on, the level of
 # halves.

@@ -37,13 +37,13 @@ def _around(plan, drift, columns, along, events, forms, width):
     diffusion = columns[0] if columns else None
     functions = Functions(drift, diffusion, spread, along, not plan.diagonal, plan.ito)
     start = loop.first_acceleration(drift) if method.langevin else loop.no_acceleration
-    looks = [
-        passages.passage(event, spread, i, forms[2], terminal)
-        for i, (event, terminal) in enumerate(zip(events, plan.terminal, strict=True))
-    ]
+    watched = [(event, spread, i, forms[2]) for i, event in enumerate(events)]
+    look = passages.in_turn([passages.passage(*each) for each in watched])
+    settle = passages.settled(plan.terminal) if watched else None
+    ends = [each for each, ends in zip(watched, plan.terminal, strict=True) if ends]
+    leave = passages.ends_in_turn([passages.end(*each) for each in ends])
     step = getattr(steps, method.step)(functions)
-    look = passages.in_turn(looks)
-    return loop.kernel(step, start, forms, width, method.areas, look, any(plan.terminal))
+    return loop.kernel(step, start, forms, width, method.areas, look, settle, leave)
 
 
 def in_lanes(plan, functions, slope, width):

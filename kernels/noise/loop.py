@@ -65,7 +65,7 @@ def first_acceleration(acceleration):
     return start
 
 
-def kernel(step, start, forms, width, areas, look, stops):
+def kernel(step, start, forms, width, areas, look, settle, leave):
     """``advance(run, block, y, noise, work, *places)``: paths `first` to `last`.
 
     Parameters
@@ -78,12 +78,11 @@ def kernel(step, start, forms, width, areas, look, stops):
         Paths in a block of lanes; `first` and `last` are multiples of `width`.
     areas : bool
         Whether the step needs the areas of the noise.
-    look : callable or None
-        What `passages.in_turn` returns.
-    stops : bool
-        Whether a path stays where an event was that ends the path.
+    look, settle, leave : callable or None
+        What `passages` makes of the events; `leave` is None if no event ends a path.
     """
     form, of_noise, lanes = forms
+    stops = leave is not None
     alive_at = _number_at if form is None else _vector_of(lanes)
 
     @njit(**INTERNAL)
@@ -103,9 +102,11 @@ def kernel(step, start, forms, width, areas, look, stops):
                 if stops:
                     alive = alive_at(places.alive, path)
                     new = apply(_chosen, (slot(form, work, OUT),), (alive,), (state, new))[0]
+                if look is not None and look(i, r, path, new, block, form, of_noise, work, places):
+                    ended = settle(r.t0 + i * r.h, r.h, path, places)
+                    if stops and ended:
+                        new = leave(new, state, i, r, path, block, form, of_noise, work, places)
                 state = assign(slot(form, work, Y), new)
-                if look is not None:
-                    look(i, r, path, state, block, form, of_noise, work, places)
             keep(work, Y, (state,))
             _store(y, path, work, width)
             path += width

@@ -7,6 +7,8 @@ discrete barrier options, Mathematical Finance 7 (1997)).  Given a passage, its 
 Brownian bridge: with tau the share of the step before it, tau / (1 - tau) has an inverse Gaussian
 distribution of mean |g_0 / g_1| and shape g_0^2 / v, drawn as by Michael, Schucany and Haas, The
 American Statistician 30 (1976).
+
+A terminal event ends a path at the passage: its state is drawn from the bridge, too, given g = 0.
 """
 
 import math
@@ -15,10 +17,12 @@ import numpy as np
 
 from ..jit.options import INLINED, INTERNAL, njit
 from ..random.normal import everywhere, normals
+from ..state.elementwise import apply
 from ..state.rows import fetch, keep_vector, numbers_of, slot, vector_at
 from ..vector.scalar_or_vector import any_lane, select
 from .arguments import (
     AFTER,
+    AT,
     BEFORE,
     FIRST,
     HALF,
@@ -28,11 +32,13 @@ from .arguments import (
     OUT,
     SECOND,
     SOURCE_BITS,
+    STAGE,
+    START,
     THIRD,
     VARIANCE,
 )
 
-USES = 2  # of pairs of normal numbers for each event
+USES = 3  # of pairs of normal numbers for each event
 
 
 @njit(**INTERNAL)
@@ -51,44 +57,68 @@ def _share(before, after, variance, first, second, third):
 
 
 @njit(**INTERNAL)
-def _note(scratch, event, t, h, path, places, terminal):
-    """Note the times of the passages in the step from t to t + h, the first of each path."""
-    rows = scratch[N_SCRATCH * event : N_SCRATCH * (event + 1)]
-    times = places.times[event]
-    for lane in range(scratch.shape[1]):
-        if rows[HIT, lane] == 0.0 or not np.isnan(times[path + lane]):
-            continue
-        share = _share(
-            rows[BEFORE, lane], rows[AFTER, lane], rows[VARIANCE, lane], rows[FIRST, lane],
-            rows[SECOND, lane], rows[THIRD, lane],
-        )  # fmt: skip
-        times[path + lane] = t + share * h
-        if terminal:
-            places.alive[path + lane] = 0.0
+def _draw(rows):
+    """Let AT have the shares of the step before the passages of one event."""
+    for lane in range(rows.shape[1]):
+        if rows[HIT, lane] != 0.0:
+            rows[AT, lane] = _share(
+                rows[START, lane], rows[AFTER, lane], rows[VARIANCE, lane], rows[FIRST, lane],
+                rows[SECOND, lane], rows[THIRD, lane],
+            )  # fmt: skip
 
 
-def passage(number, spread, event, lanes, terminal):
-    """``look(i, r, path, state, ...)`` of one event, behind step i, or -1 at the start of a run.
+@njit(**INLINED)
+def _reached(ended, share, old, new):
+    return (select(ended > 0.5, old + share * (new - old), new),)
 
-    `number` gives g as a vector; `spread` is that of `diffusions.py`, or None where the noise does
-    not act on g at once.
-    """
+
+@njit(**INLINED)
+def _pushed(ended, factor, new, old, moved):
+    return (select(ended > 0.5, new + factor * (moved - old), new),)
+
+
+def _rows(event, lanes):
+    """``row_of(scratch, row)`` and ``put(scratch, row, value)`` of one event."""
 
     @njit(**INLINED)
     def row_of(scratch, row):
         return vector_at(lanes, numbers_of(scratch), (N_SCRATCH * event + row) * scratch.shape[1])
 
     @njit(**INLINED)
-    def leave(scratch, row, value):
+    def put(scratch, row, value):
         keep_vector(lanes, numbers_of(scratch), (N_SCRATCH * event + row) * scratch.shape[1], value)
 
+    return row_of, put
+
+
+def _moved_by(spread):
+    """The state moved by one deviation of a source of noise in a step."""
+
     @njit(**INLINED)
-    def variance(t, g, state, block, form, of_noise, work, units):
+    def moved_by(source, t, state, block, form, of_noise, work, places):
+        unit = fetch(of_noise, places.units, source)
+        return spread(slot(form, work, STAGE), state, t, state, unit, block, form, work)
+
+    return moved_by
+
+
+def passage(number, spread, event, lanes):
+    """``look(i, r, path, state, ...)`` of one event: whether a path of the lanes passes in step i.
+
+    At the start of a run, i is -1.  `number` gives g as a vector; `spread` is that of
+    `diffusions.py`, or None where the noise does not act on g at once.
+    """
+    uses = (HALF + MOST_LEVELS + USES * event) << SOURCE_BITS
+    next_use = 1 << SOURCE_BITS
+    row_of, put = _rows(event, lanes)
+    moved_by = _moved_by(spread)
+
+    @njit(**INLINED)
+    def variance(t, g, state, block, form, of_noise, work, places):
         total = g * 0.0
         if spread is not None:
-            for source in range(len(units)):
-                unit = fetch(of_noise, units, source)
-                moved = spread(slot(form, work, OUT), state, t, state, unit, block, form, work)
+            for source in range(len(places.units)):
+                moved = moved_by(source, t, state, block, form, of_noise, work, places)
                 change = number(t, moved, block) - g
                 total = total + change * change
         return total
@@ -98,31 +128,110 @@ def passage(number, spread, event, lanes, terminal):
         t = r.t0 + (r.begin if i < 0 else i + 1) * r.h
         scratch = places.scratch
         g = number(t, state, block)
+        passed = False
         if i >= 0:
             before = row_of(scratch, BEFORE)
-            number_of = (HALF + MOST_LEVELS + USES * event) << SOURCE_BITS
-            one, two = normals(lanes, r.key, path, i, number_of)
+            one, two = normals(lanes, r.key, path, i, uses)
             energy = row_of(scratch, VARIANCE) * (one * one + two * two)
             product = before * g
             sign = everywhere(lanes, places.directions[event])
-            wanted = (before != 0.0) & (before * sign <= 0.0)
+            alive = vector_at(lanes, places.alive, path) > 0.5
+            wanted = alive & (before != 0.0) & (before * sign <= 0.0)
             hit = wanted & ((product <= 0.0) | (energy > 4.0 * product))
-            if any_lane(hit):
-                leave(scratch, AFTER, g)
-                leave(scratch, HIT, select(hit, 1.0, 0.0))
-                first, _ = normals(lanes, r.key, path, i, number_of + (1 << SOURCE_BITS))
-                leave(scratch, FIRST, first)
-                leave(scratch, SECOND, one)  # the angle of a pair does not depend on its length
-                leave(scratch, THIRD, two)
-                _note(scratch, event, t - r.h, r.h, path, places, terminal)
-        leave(scratch, BEFORE, g)
-        leave(scratch, VARIANCE, variance(t, g, state, block, form, of_noise, work, places.units))
+            put(scratch, HIT, select(hit, 1.0, 0.0))
+            passed = any_lane(hit)
+            if passed:
+                put(scratch, START, before)
+                put(scratch, AFTER, g)
+                first, _ = normals(lanes, r.key, path, i, uses + next_use)
+                put(scratch, FIRST, first)
+                put(scratch, SECOND, one)  # the angle of a pair does not depend on its length
+                put(scratch, THIRD, two)
+                _draw(scratch[N_SCRATCH * event : N_SCRATCH * (event + 1)])
+        put(scratch, BEFORE, g)
+        put(scratch, VARIANCE, variance(t, g, state, block, form, of_noise, work, places))
+        return passed
 
     return look
 
 
+def end(number, spread, event, lanes):
+    """``leave(new, old, i, ...)``: the paths that an event has ended in step i, at their passages.
+
+    On a path from `old` to `new`, the state is that of the straight line, moved along the noise
+    until g = 0, and by the noise of the bridge that leaves g as it is.
+    """
+    use = (HALF + MOST_LEVELS + USES * event + 2) << SOURCE_BITS
+    row_of, _ = _rows(event, lanes)
+    moved_by = _moved_by(spread)
+
+    @njit(**INLINED)
+    def leave(new, old, i, r, path, block, form, of_noise, work, places):
+        scratch = places.scratch
+        t = r.t0 + i * r.h
+        ended = row_of(scratch, HIT)
+        start = row_of(scratch, START)
+        share = row_of(scratch, AT)
+        new = apply(_reached, (slot(form, work, OUT),), (ended, share), (old, new))[0]
+        if spread is not None:
+            level = start + share * (row_of(scratch, AFTER) - start)
+            apart = np.sqrt(share * (1.0 - share))
+            total = start * 0.0
+            along = start * 0.0
+            for source in range(len(places.units)):
+                moved = moved_by(source, t, old, block, form, of_noise, work, places)
+                change = number(t, moved, block) - start
+                z, _ = normals(lanes, r.key, path, i, use + source)
+                total = total + change * change
+                along = along + change * z
+            safe = select(total > 0.0, total, total + 1.0)
+            for source in range(len(places.units)):
+                moved = moved_by(source, t, old, block, form, of_noise, work, places)
+                change = number(t, moved, block) - start
+                z, _ = normals(lanes, r.key, path, i, use + source)
+                factor = apart * z - change * (apart * along + level) / safe
+                place = slot(form, work, OUT)
+                new = apply(_pushed, (place,), (ended, factor), (new, old, moved))[0]
+        return new
+
+    return leave
+
+
+def settled(terminal):
+    """``settle(t, h, path, places)``: note the passages in a step, the first of each path.
+
+    Nothing that comes behind a terminal event counts.  HIT then tells which event ended a path; the
+    result is whether any did.  `terminal` tells for each event whether a passage ends the path.
+    """
+
+    @njit(**INTERNAL)
+    def settle(t, h, path, places):
+        scratch = places.scratch
+        some = False
+        for lane in range(scratch.shape[1]):
+            end = 2.0  # a share of the step behind the step
+            last = -1
+            for event in range(len(terminal)):
+                rows = scratch[N_SCRATCH * event : N_SCRATCH * (event + 1)]
+                if terminal[event] and rows[HIT, lane] != 0.0 and rows[AT, lane] < end:
+                    end = rows[AT, lane]
+                    last = event
+            for event in range(len(terminal)):
+                rows = scratch[N_SCRATCH * event : N_SCRATCH * (event + 1)]
+                noted = np.isnan(places.times[event, path + lane])
+                if rows[HIT, lane] != 0.0 and rows[AT, lane] <= end and noted:
+                    places.times[event, path + lane] = t + rows[AT, lane] * h
+                rows[HIT, lane] = 1.0 if event == last else 0.0
+            if last >= 0:
+                places.alive[path + lane] = 0.0
+                some = True
+        return some
+
+    return settle
+
+
 def in_turn(looks):
-    """The function that calls the functions of `looks` in turn; None without functions."""
+    """The function that calls all functions of `looks` and tells whether one is True."""
     together = None
     for look in looks:
         together = _with_another(together, look)
@@ -135,7 +244,27 @@ def _with_another(before, look):
 
     @njit(**INLINED)
     def both(i, r, path, state, block, form, of_noise, work, places):
-        before(i, r, path, state, block, form, of_noise, work, places)
-        look(i, r, path, state, block, form, of_noise, work, places)
+        others = before(i, r, path, state, block, form, of_noise, work, places)
+        return look(i, r, path, state, block, form, of_noise, work, places) | others
+
+    return both
+
+
+def ends_in_turn(ends):
+    """The function that calls the functions of `ends` in turn; None without functions."""
+    together = None
+    for leave in ends:
+        together = _with_another_end(together, leave)
+    return together
+
+
+def _with_another_end(before, leave):
+    if before is None:
+        return leave
+
+    @njit(**INLINED)
+    def both(new, old, i, r, path, block, form, of_noise, work, places):
+        new = before(new, old, i, r, path, block, form, of_noise, work, places)
+        return leave(new, old, i, r, path, block, form, of_noise, work, places)
 
     return both

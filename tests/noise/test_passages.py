@@ -84,3 +84,61 @@ def test_langevin_events_lie_between_the_ends_of_steps():
         events=lambda t, y: y[0],
     )  # fmt: skip
     np.testing.assert_allclose(found.t_events[0], np.pi / 2, rtol=0, atol=0.01**2)
+
+
+def ends(g):
+    g.terminal = True
+    return g
+
+
+def test_nothing_comes_behind_the_end_of_a_path():
+    """An ended path rests at its barrier, and passes no other one, however near."""
+    barriers = [
+        ends(lambda t, y: y[0] - 0.5),
+        ends(lambda t, y: y[0] - 1.5),
+        lambda t, y: y[0] - 0.48,
+    ]
+    found = solve_sde(
+        lambda t, y: 0.0 * y, 1.0, (0, 1), [1.0], step=1 / 16, paths=4000, rng=3, events=barriers
+    )
+    low, high, beyond = found.t_events
+    at_low, at_high = np.isfinite(low), np.isfinite(high)
+    assert at_low.sum() > 1000 < at_high.sum()
+    assert not (at_low & at_high).any()
+    np.testing.assert_allclose(found.y_end[at_low, 0], 0.5, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found.y_end[at_high, 0], 1.5, rtol=0, atol=1e-15)
+    assert not (beyond > np.fmin(low, high)).any()
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.0])
+def test_the_place_of_a_passage_has_the_exact_law(scale):
+    """A motion in the plane is, where it leaves a half plane at time T, normal of variance T along.
+
+    The second noise has a part of the first: y_1 = W_1, y_2 = W_1 + scale W_2.
+    """
+    found = solve_sde(
+        lambda t, y: 0.0 * y, np.array([[1.0, 0.0], [1.0, scale]]), (0, 2), [0.0, 0.0], step=0.5,
+        paths=20_000, rng=5, events=ends(lambda t, y: y[0] - 1.0),
+    )  # fmt: skip
+    times = found.t_events[0]
+    there = np.isfinite(times)
+    first, second = found.y_end[there].T
+    np.testing.assert_allclose(first, 1.0, rtol=0, atol=1e-14)
+    z = (second - 1.0) / (scale * np.sqrt(times[there]))
+    assert stats.kstest(z, "norm").pvalue > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("attributes", "words"),
+    [
+        ({"terminal": 3}, "`terminal=3`"), ({"wait": 0.1}, "`wait=0.1`"),
+        ({"direction": "up"}, "could not convert string to float"),
+    ],
+)  # fmt: skip
+def test_rules_that_a_first_passage_does_not_have_are_refused(attributes, words):
+    def falls(t, y):
+        return y[0]
+
+    vars(falls).update(attributes)
+    with pytest.raises(ValueError, match=words):
+        solve_sde(lambda t, y: -y, 0.1, (0, 1), [1.0], step=0.1, events=falls)
