@@ -67,8 +67,8 @@ class Held:
 class Callback:
     """A C function that calls ``fun(t, y)``; `exception` keeps what `fun` raised.
 
-    Set `writes` to False if writes of `fun` to the state must raise WritesToState.  Set `after` to
-    a function that is to be called after each call.
+    Set `writes` to False if writes of `fun` to the state must raise WritesToState, to None if they
+    have no effect.  Set `after` to a function that is to be called after each call.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class Callback:
         self.exception = None
         self.inside = False
         self.pending = None
-        self.writes = True
+        self.writes: Any = True
         self.after: Any = None
         self.later: Any = np.float64
         self._fun = fun
@@ -125,7 +125,7 @@ class Callback:
         """React to a function that has written to its y: raise, copy y to the state, or ignore."""
         if self.writes is False:
             raise WritesToState(begun=True)
-        if self._mode.acts_on_state:
+        if self._mode.acts_on_state and self.writes:
             state[:] = given
 
     def _result(self, address):

@@ -7,7 +7,9 @@ import numpy as np
 
 from fastdyn.compile.mode import DERIVATIVE, EVENT
 from fastdyn.compile.python_callback import called_with, evaluate, value_of
-from fastdyn.words.kinds import shown
+from fastdyn.problem.events import event_list
+from fastdyn.problem.validate import function
+from fastdyn.words.kinds import are_real, shown
 
 MOST_SOURCES = 2**20  # the word of a source has 20 bits, see `kernels/noise/brownian.py`
 
@@ -75,10 +77,9 @@ def equations(drift, diffusion, t0, y0, args, one_source):
     evaluate(called_with(drift, args), DERIVATIVE, t0, y0.copy())
     constant = not callable(diffusion)
     value = diffusion if constant else value_of(diffusion, args, "diffusion", t0, y0.copy())
-    try:
-        value = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"`diffusion` must give numbers; got {shown(value)}.") from None
+    if isinstance(value, bool) or not are_real(value):
+        raise TypeError(f"`diffusion` must give real numbers; got {shown(value)}.")
+    value = np.asarray(value, dtype=float)
     if not np.isfinite(value).all():
         raise ValueError(f"`diffusion` is not finite at the start: {value}.")
     if value.ndim == 0 and n > 1 and not constant:
@@ -115,7 +116,29 @@ def equations(drift, diffusion, t0, y0, args, one_source):
     return Equations(drift, columns, diagonal, n, n if diagonal else len(columns), constant)
 
 
-def check_events(events, t0, y0, args):
+def passages_of(events):
+    """The argument `events` as a list of `problem.events.Event`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what is no function, and for rules that a first passage does not have.
+    """
+    listed = list(events) if isinstance(events, list | tuple) else [events] * (events is not None)
+    for each in listed:
+        function(each, "events")
+    found = event_list(listed)
+    for event in found:
+        if event.limit > 1 or event.wait:
+            raise ValueError(
+                f"the event `{event.name}` asks for `terminal={event.limit}` and "
+                f"`wait={event.wait:g}`: a first passage has `direction`, and `terminal` True or "
+                "False."
+            )
+    return found
+
+
+def check_events(asked, start):
     """Call each event once, to find mistakes."""
-    for event in events:
-        evaluate(called_with(event, args), EVENT, t0, y0.copy())
+    for event in asked.events:
+        evaluate(called_with(event.function, asked.args), EVENT, asked.grid.t0, start.copy())

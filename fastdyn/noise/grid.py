@@ -6,9 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from fastdyn.kernels.noise.arguments import MOST_LEVELS
+from fastdyn.run.enough_memory import SHARE, memory_of_machine
 from fastdyn.words.kinds import shown
 
 MOST_STEPS = 2**53
+SPACINGS = 4  # between numbers at the end, of the shortest step: times of steps differ
 ON_GRID = 1e-6  # share of a step by which a time of output may miss the end of a step
 
 
@@ -40,7 +42,23 @@ def grid(t0, tf, step, refine):
     if n << refine > MOST_STEPS:
         raise ValueError(f"{n} steps, halved {refine} times, are more than 2**53.")
     interval = (tf - t0) / n
+    least = math.ulp(max(abs(t0), abs(tf)))
+    if interval * 0.5**refine < SPACINGS * least:
+        raise ValueError(
+            f"steps of {interval * 0.5**refine:.3g} are too short at t = {max(t0, tf, key=abs)}, "
+            f"where numbers are {least:.3g} apart."
+        )
     return Grid(t0, tf, interval * 0.5**refine, interval, refine, n << refine)
+
+
+def check_room(count, of_what, advice):
+    """Raise MemoryError if as many numbers exceed the memory of this machine."""
+    there = memory_of_machine()
+    if 8 * count > SHARE * there:
+        raise MemoryError(
+            f"{of_what} are {8 * count / 1e9:.3g} GB, and this machine has {there / 1e9:.0f}: "
+            f"{advice}."
+        )
 
 
 def outputs(grid, t_eval):

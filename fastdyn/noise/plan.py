@@ -15,6 +15,7 @@ from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FIRST
 from fastdyn.specialise.in_lanes import check_length
 from fastdyn.specialise.noise import by_address, in_lanes
+from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.words.near import did_you_mean
 
@@ -79,11 +80,16 @@ def bound_functions(equations, events, args, near, n):
     return Bounds(drift, columns, [one(event, EVENT, n) for event in events])
 
 
-def noise_of(equations, bounds):
-    """The kind of the noise: "additive", "unmixed", "general"; None if nobody knows."""
+def noise_of(equations, bounds, calculus):
+    """The kind of the noise: "additive", "unmixed", "general"; None if nobody knows.
+
+    Where a diffusion jumps with the state, its derivative tells neither that it depends on the
+    state, nor how Stratonovich's integral differs from Ito's.
+    """
     if equations.constant:
         return "additive"
     found = []
+    jumps = False
     for bound in bounds.columns:
         try:
             known = jacobian(bound.function)
@@ -92,15 +98,26 @@ def noise_of(equations, bounds):
         if known is None:
             return None
         found.append(known)
-    if not any(len(one.rows) for one in found):
+        traced = bound.function.traced
+        jumps = jumps or bool(decisions(traced.trace.graph, traced.stored, ()))
+    depends = any(len(one.rows) for one in found)
+    if jumps and (not depends or calculus == "stratonovich"):
+        return "general"
+    if not depends:
         return "additive"
     if not equations.diagonal:
         return "unmixed" if len(found) == 1 else "general"
     return "unmixed" if np.array_equal(found[0].rows, found[0].columns) else "general"
 
 
-def method_for(name, calculus, noise, langevin=False):
+class NoDerivative(ValueError):
+    """A method needs the derivative of the diffusion, and there is no code for that."""
+
+
+def method_for(name, calculus, noise, langevin=False, derivative=True):
     """The NoiseMethod of a name; "auto" takes the method of the highest order on paths.
+
+    Without `derivative`, "auto" takes no method that needs the derivative of the diffusion.
 
     Raises
     ------
@@ -110,6 +127,7 @@ def method_for(name, calculus, noise, langevin=False):
     mine = {key: each for key, each in METHODS.items() if each.langevin == langevin}
     if name == "auto":
         fits = [each for each in mine.values() if not _misfit(each, calculus, noise)]
+        fits = [each for each in fits if derivative or not each.derivative]
         return max(fits, key=lambda each: each.strong)
     if name not in mine:
         known = f"choose from auto, {', '.join(mine)}."
@@ -132,8 +150,8 @@ def _misfit(method, calculus, noise):
     if method.noise == "additive":
         return "is for noise that does not depend on the state; `diffusion` does"
     return (
-        "is for noise whose sources do not mix: `diffusion` has several columns, or a component's "
-        "noise depends on another component"
+        "is for noise whose sources do not mix: `diffusion` has several columns, a component's "
+        "noise depends on another component, or jumps with the state"
     )
 
 
@@ -143,9 +161,10 @@ def kernel_of(plan, equations, bounds, events, args, near):
         return _in_lanes(plan, equations, bounds, events, args, near)
     except Uncompilable as reason:
         if plan.method.derivative:
-            raise ValueError(
+            others = '"EulerMaruyama" or "Platen"' if plan.ito else '"EulerHeun"'
+            raise NoDerivative(
                 f'`method="{plan.method.name}"` needs the derivative of `diffusion` on vectors: '
-                f'{reason}. Choose "EulerMaruyama" or "Platen".'
+                f"{reason}. Choose {others}."
             ) from None
         code = by_address(plan)
         block = np.array([bound.block.ctypes.data for bound in bounds.all], np.int64)

@@ -89,10 +89,22 @@ def wanted(reduce):
                 names = f"choose from {', '.join(NAMED)}, Quantiles, Histogram, or a function."
                 meant = did_you_mean(item, NAMED, form='"{}"') or names
                 raise ValueError(f"`reduce={item!r}` is unknown; {meant}")
-            found[name or item] = NAMED[item]
+            own = item
+            item = NAMED[item]
         elif callable(item):
             own = getattr(item, "name", None) or getattr(item, "__name__", type(item).__name__)
-            found[name or own] = item
         else:
             raise TypeError(f"`reduce` takes names and functions of (t, y); got {shown(item)}.")
+        name = name or own
+        if name in found:
+            raise ValueError(f"`reduce` has two items named {name!r}: give a dict, {{name: item}}.")
+        found[name] = item
     return found
+
+
+def stacked(name, parts):
+    """The numbers of one item at all times, with the times as the last axis."""
+    shapes = {part.shape for part in parts}
+    if len(shapes) > 1:
+        raise ValueError(f"the item {name!r} of `reduce` returned several shapes: {shapes}.")
+    return np.stack(parts, axis=-1)

@@ -78,6 +78,8 @@ class Runner:
         self._times = np.full((len(directions), padded), np.nan)
         places = Places(np.ones(padded), self._times, None, np.array(directions, float), None)
         self._callbacks = [b.callback for b in kernel.bounds if b.callback is not None]
+        for callback in self._callbacks:
+            callback.writes = None
         tasks = range(0, padded, BLOCK)
         self._tasks = [(first, min(first + BLOCK, padded)) for first in tasks]
         n = 1 if self._callbacks else max(1, min(n_threads, len(self._tasks)))
@@ -88,6 +90,13 @@ class Runner:
     def y(self):
         """The states, shape (n, M)."""
         return self._y[:, : self.n_paths]
+
+    @property
+    def seen(self):
+        """The states for functions of the user, which must not write to them."""
+        view = self.y.view()
+        view.flags.writeable = False
+        return view
 
     @property
     def passages(self):

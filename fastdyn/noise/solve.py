@@ -13,11 +13,12 @@ from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 from fastdyn.words.kinds import shown
 
-from .equations import ConstantColumn, Equations, check_events, equations
-from .grid import grid, outputs
+from .equations import ConstantColumn, Equations, check_events, equations, passages_of
+from .grid import check_room, grid, outputs
 from .paths import Paths, Solved, Taken
-from .plan import Plan, bound_functions, kernel_of, method_for, near_of, noise_of
-from .reductions import wanted
+from .plan import NoDerivative, Plan, bound_functions, kernel_of, method_for, near_of, noise_of
+from .pulses import warn_of_pulses
+from .reductions import stacked, wanted
 from .run import Runner, threads
 
 if TYPE_CHECKING:
@@ -158,7 +159,7 @@ def solve_sde(
         raise ValueError(f"`noise={noise!r}` is unknown; choose from auto, scalar.")
     start = asked.y0[0]
     own = equations(drift, diffusion, asked.grid.t0, start, asked.args, noise == "scalar")
-    check_events(asked.events, asked.grid.t0, start, asked.args)
+    check_events(asked, start)
     return or_in_python(lambda: _solved(asked, own, method, calculus, own.n, {}))
 
 
@@ -234,7 +235,7 @@ def solve_langevin(
         raise ValueError(f"`friction` must not be negative; got {shown(friction)}.")
     start = asked.y0[0]
     own = equations(accel, strength, asked.grid.t0, start[:n], asked.args, False)
-    check_events(asked.events, asked.grid.t0, start, asked.args)
+    check_events(asked, start)
     found = method_for(method, "ito", "additive", langevin=True)
     h = asked.grid.h
     keeps, deviation = _relaxation(rate, strength, h / found.relaxations)
@@ -290,17 +291,20 @@ def _asked(t_span, y0, args, progress, **options):
     if t_eval is not None:
         times = np.asarray(t_eval, float)
     elif single:
+        check_room(y0.shape[1] * (steps.n_steps + 1), "all steps of the path", "give `t_eval`")
         times = steps.t0 + steps.h * np.arange(steps.n_steps + 1)
         times[-1] = steps.tf
     else:
         times = None
-    listed = list(events) if isinstance(events, list | tuple) else [events] * (events is not None)
-    for event in listed:
-        function(event, "events")
+    check_room(
+        y0.shape[1] * n_paths * (1 + (0 if times is None or reduce else len(times))),
+        "the states",
+        "take fewer `paths`, or `reduce`",
+    )
     key = int(np.random.default_rng(rng).integers(KEYS, dtype=np.uint64, endpoint=False))
     return Asked(
-        steps, y0, single, n_paths, extra_arguments(args), times, listed, wanted(reduce), key,
-        threads(n_threads), progress, events is not None,
+        steps, y0, single, n_paths, extra_arguments(args), times, passages_of(events),
+        wanted(reduce), key, threads(n_threads), progress, events is not None,
     )  # fmt: skip
 
 
@@ -308,18 +312,26 @@ def _solved(asked, own, method, calculus, n, rows):
     """The Paths of checked arguments; `rows` are given rows of the work array."""
     steps = asked.grid
     near = near_of(steps.t0, steps.tf, asked.y0[0])
-    bounds = bound_functions(own, asked.events, asked.args, near, n)
-    kind = noise_of(own, bounds)
+    watched = [event.function for event in asked.events]
+    bounds = bound_functions(own, watched, asked.args, near, n)
+    kind = noise_of(own, bounds, calculus)
     found = method_for(method, calculus, kind, langevin=bool(rows))
-    terminal = tuple(bool(getattr(event, "terminal", False)) for event in asked.events)
+    terminal = tuple(event.limit > 0 for event in asked.events)
     if found.langevin:
         bounds = bounds._replace(columns=[])
         own = own._replace(columns=[])
     plan = Plan(
         found, n, own.n, own.n_sources, own.diagonal, len(own.columns), calculus == "ito", terminal
     )
-    kernel = kernel_of(plan, own, bounds, asked.events, asked.args, near)
-    directions = [float(np.sign(getattr(event, "direction", 0))) for event in asked.events]
+    try:
+        kernel = kernel_of(plan, own, bounds, watched, asked.args, near)
+    except NoDerivative:
+        if method != "auto":
+            raise
+        found = method_for(method, calculus, kind, derivative=False)
+        kernel = kernel_of(plan._replace(method=found), own, bounds, watched, asked.args, near)
+    warn_of_pulses(bounds, steps, asked.y0[0], found.name)
+    directions = [float(np.sign(event.direction)) for event in asked.events]
     y0 = np.broadcast_to(asked.y0.T, (n, asked.n_paths))
     key = asked.key - KEYS if asked.key >= KEYS // 2 else asked.key
     runner = Runner(kernel, plan, steps, key, y0, directions, rows, asked.n_threads)
@@ -354,7 +366,7 @@ def _walked(asked, runner):
         if y is not None:
             y[k] = runner.y
         for name, gather in asked.reduce.items():
-            found[name].append(np.array(gather(float(times[k]), runner.y.T)))
+            found[name].append(np.array(gather(float(times[k]), runner.seen.T)))
 
     bar = _bar(steps.n_steps) if asked.progress else None
     try:
@@ -362,7 +374,7 @@ def _walked(asked, runner):
     finally:
         if bar is not None:
             bar.close()
-    reduced = {name: np.stack(parts, axis=-1) for name, parts in found.items() if parts}
+    reduced = {name: stacked(name, parts) for name, parts in found.items() if parts}
     return times, y, reduced
 
 

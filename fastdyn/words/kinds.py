@@ -39,7 +39,7 @@ def number(name, value):
         return
     if (
         isinstance(value, bool | np.bool_ | list | tuple)
-        or not _are_real(value)
+        or not are_real(value)
         or np.size(value) != 1
     ):
         refuse(name, "a number", value)
@@ -49,13 +49,13 @@ def numbers(name, value):
     """Real numbers: one, or one for each component."""
     if value.__class__ is float:
         return
-    if isinstance(value, bool | np.bool_) or not _are_real(value):
+    if isinstance(value, bool | np.bool_) or not are_real(value):
         refuse(name, "a number, or a number for each component", value)
 
 
 def times(name, value):
     """A sequence of times."""
-    if not _are_real(value):
+    if not are_real(value):
         refuse(name, "a sequence of times", value)
 
 
@@ -152,19 +152,19 @@ def store(name, value):
 
 def array(name, value):
     """Numbers, real or complex, in any shape."""
-    if not (_are_real(value) or _are_real(np.real(value))):
+    if not (are_real(value) or are_real(np.real(value))):
         refuse(name, "numbers", value)
 
 
 def matrix(name, value):
     """A matrix of numbers, perhaps sparse."""
-    if not (hasattr(value, "tocsc") or _are_real(value)):
+    if not (hasattr(value, "tocsc") or are_real(value)):
         refuse(name, "a matrix of numbers", value)
 
 
 def matrix_or_function(name, value):
     """A matrix of numbers, perhaps sparse, or a function that returns one."""
-    if not (callable(value) or hasattr(value, "tocsc") or _are_real(value)):
+    if not (callable(value) or hasattr(value, "tocsc") or are_real(value)):
         refuse(name, "a matrix of numbers, or a function of (t, y)", value)
 
 
@@ -182,7 +182,7 @@ def seed(name, value):
         refuse(name, "a seed, a SeedSequence or a Generator", value)
 
 
-def _are_real(value):
+def are_real(value):
     """Whether a value is a real number, or an array of them in any form."""
     if isinstance(value, abstract.Real):
         return True

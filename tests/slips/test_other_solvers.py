@@ -213,7 +213,7 @@ TABLE = {
     "solve_sde": (fastdyn.solve_sde, OF_SDE, [
         *SPANS,
         ({"drift": None}, "`drift` must be a function of (t, y); got None"),
-        ({"diffusion": "x"}, "`diffusion` must give numbers; got the text 'x'"),
+        ({"diffusion": "x"}, "`diffusion` must give real numbers; got the text 'x'"),
         ({"diffusion": [1.0, 2.0, 3.0]}, "`diffusion` gives shape (3,) for a state of 2"),
         ({"diffusion": lambda t, y: 1.0}, "`diffusion` returned one number for a state of 2"),
         ({"diffusion": np.nan}, "`diffusion` is not finite at the start"),
