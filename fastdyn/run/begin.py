@@ -9,8 +9,10 @@ from fastdyn.code_store.call import address_of
 from fastdyn.compile.derivatives.jacobian_block import exact_block
 from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.kernels.output.arguments import (
+    COUNTS,
     EVENTS,
     INTERPOLATED,
+    KEEPS,
     OUTPUT,
     SCHEDULES,
     SERIES,
@@ -93,7 +95,7 @@ def event_table(problem, others, order=None) -> Any:
     if not events:
         return table
     method = problem.method
-    table["inside"] = method.looks_inside
+    table["inside"] = COUNTS if method.looks_inside else KEEPS
     table["unit"] = unit_of_times(problem, problem.t0, problem.tf)
     table[0]["middle"] = INTERPOLATED if method.n_matrices or method.series else SLOPES
     table[0]["at_once"] = method.events_at_once
@@ -156,7 +158,7 @@ def first_output(problem, every_step, dense):
     p = problem
     return (
         every_step, dense, every_step, every_step, 0, 0, 0, 0, jumps_at_once(p), p.method.series,
-        1, p.t0, 0, 0, p.most_between, 0,
+        1, p.t0, 0, 0, p.most_between, 0, 0,
     )  # fmt: skip
 
 

@@ -31,6 +31,7 @@ from .begin import (
     watch_of,
 )
 from .functions.bound import raise_kept, type_of_time
+from .functions.crossings import look_for_lost, tell_lost
 from .functions.interruptible import Interruptible
 from .functions.python_between import PythonBetween
 from .functions.switching import switching_of
@@ -95,6 +96,7 @@ class LaidOut(PythonBetween):
         self.grown: Any = None
         self.snapshots: Any = None
         self._asked = self._tolerances = self._rules = None
+        self.tells = False  # whether crossings of events may be lost, and are not told yet
         plan = self._plan(problem)
         self._image = np.zeros(plan.head, np.int64)
         self._advance = plan.at["kernels.advance"]
@@ -148,11 +150,20 @@ class LaidOut(PythonBetween):
         rules = p.events and [unit_of_times(p, p.t0, p.tf), *[e.rules for e in p.events]]
         if rules and (self._rules != rules or p.method.series):
             self._rules = rules
-            self.plan.view(self._image, "events.table")[:] = event_table(p, self._between)
+            table = self.plan.view(self._image, "events.table")
+            table[:] = event_table(p, self._between)
+            self.tells = look_for_lost(table, p, self.bounds, self._others)
         if p.schedules:
             self.plan.view(self._image, "events.schedules")[:] = schedule_table(p, self._between)
         self.watched = p.progress or p.checkpoint is not None or p.callback is not None
         self.cost = math.inf if self.watched else self._seconds
+
+    def tell_lost(self):
+        """Warn if crossings of an event were lost within a step."""
+        if self.tells and self.view("output.record")["lost"][0]:
+            tables = [self.view("events.table"), self.plan.view(self._image, "events.table")]
+            tell_lost(self.problem, self._others, *tables)
+            self.view("output.record")["lost"] = 0
 
     def let_go(self):
         """Drop everything that belongs to the last solve."""

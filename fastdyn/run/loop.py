@@ -239,7 +239,8 @@ class Run(LaidOut):
         return status
 
     def tell_jumps(self):
-        """Warn if a step jumped over changes of the equations."""
+        """Warn if a step jumped over changes of the equations, or over crossings of an event."""
+        self.tell_lost()
         if self.switching is not None:
             self.switching.tell(self.view("output.record"))
 
@@ -276,6 +277,10 @@ class Run(LaidOut):
     def words(self):
         """The words of the kernel's arguments and of its Launch; both change with the plan."""
         return self._words, self._launch
+
+    def tells_of(self):
+        """``lost(memory)``: whether a solve lost crossings that are to be told; or None."""
+        return self.plan.counts("lost") if self.tells else None
 
     def doubts(self, memory):
         """Whether a step of a ReadyRun may have jumped over changes, of which nobody decided."""

@@ -84,6 +84,7 @@ def from_lane(w, lanes, single, folded, lane):
         for i in range(len(events)):  # `look` lets the value of the last step fade once more
             if events[i].inside != 0:
                 events[i].bend = fields[N_FIELDS + 2 * i + 1, lane] / FADES
+                events[i].slope = np.nan
     if w.accumulates:
         for i in range(len(folded)):
             folded[i] = fields[len(fields) - len(folded) + i, lane]

@@ -23,6 +23,7 @@ OUTPUT = np.dtype(
         ("jumped", "i8"),  # number of the first change that a step jumped over, from 1; 0: none yet
         ("most_between", "i8"),  # most steps between two times of t_eval; 0: any number
         ("n_before", "i8"),  # steps before the last time of t_eval
+        ("lost", "i8"),  # whether two crossings of an event were lost within a step
     ]
 )
 
@@ -99,6 +100,10 @@ MOST_INSIDE = 2 * PARTS  # most occurrences of an event in a step, by its signs
 # rows K and K + fsal_stage; a series of any event.
 INTERPOLATED, SLOPES, SERIES = range(3)
 
+# What becomes of crossings of an event between the ends of a step: they are left alone; they count;
+# the first two that do not count are noted, to be told.
+KEEPS, COUNTS, TELLS = range(3)
+
 # One record for each event function.
 EVENTS = np.dtype(
     [
@@ -110,10 +115,15 @@ EVENTS = np.dtype(
             "i8",
         ),  # in the first record: address of `find_all` or `find_inside`
         ("at_once", "i8"),  # in the first record: most occurrences of an event in a step
-        ("inside", "i8"),  # whether occurrences between the ends of a step count
+        ("inside", "i8"),  # KEEPS, COUNTS or TELLS
+        ("within", "i8"),  # `inside` if the event may cross zero within this step, else KEEPS
         ("middle", "i8"),  # in the first record: INTERPOLATED, SLOPES or SERIES
         ("unit", "f8"),  # of the times of roots: the span, at most 1; 1 where the times are SciPy's
         ("bend", "f8"),  # the largest second difference in a step of late, see `may_turn`
+        ("slope", "f8"),  # mean slope of the step before; NaN at the start
+        ("length", "f8"),  # length of the step before
+        ("lost", "f8"),  # with TELLS: the first crossing that was lost; NaN before
+        ("lost_next", "f8"),  # the next crossing within the same step
         ("g", "f8"),  # value at the last step
         ("g_new", "f8"),
         ("size", "f8"),  # change of the event function in this step, or the sum of its series

@@ -72,6 +72,7 @@ def open_events(events, t, y, scratch):
         e.begins = PLAIN
         e.count = 0
         e.bend = 0.0
+        e.slope = e.lost = e.lost_next = np.nan
         e.t_jump = np.nan
         e.t_last = e.last
     return RUNNING

@@ -169,6 +169,7 @@ def watch_from(kernels, solve, table, scratch, h):
         scratch[0, i] = y[i] + step * rate[i]
     for i in range(len(table)):
         e = table[i]
+        e.slope = np.nan
         if e.active:
             if e.active != PENDING:
                 e.repeats = e.repeats + 1 if e.begins == TOUCHES else 0

@@ -1,10 +1,22 @@
 """Crossings of zero between the ends of a step, of which the ends show nothing."""
 
+import types
+import warnings
+
 import numpy as np
 import pytest
 from scipy import integrate
 
-from fastdyn import solve_ensemble, solve_ivp
+from fastdyn import (
+    Phase,
+    Stepper,
+    SwitchingWarning,
+    prepare,
+    solve_dae,
+    solve_ensemble,
+    solve_ivp,
+    solve_phases,
+)
 
 OWN = ("Tsit5", "Vern7", "Vern9", "Rodas5P", "Taylor", "auto")
 TIGHT = {"rtol": 1e-6, "atol": 1e-6}
@@ -89,11 +101,171 @@ SCIPYS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 @pytest.mark.parametrize("method", SCIPYS)
 def test_scipys_methods_keep_scipys_occurrences_and_evaluations(method):
     given = turning, (0, 50), [1.0, 0.0], method
-    ours = solve_ivp(*given, events=peak, rtol=1e-5, atol=1e-5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SwitchingWarning)
+        ours = solve_ivp(*given, events=peak, rtol=1e-5, atol=1e-5)
     scipys = integrate.solve_ivp(*given, events=peak, rtol=1e-5, atol=1e-5)
     assert len(ours.t_events[0]) == len(scipys.t_events[0])
     assert ours.t_events[0] == pytest.approx(scipys.t_events[0], rel=1e-9)
     assert ours.nfev <= scipys.nfev if method == "LSODA" else ours.nfev == scipys.nfev
+
+
+SPAN = (0.0, 20.0)
+
+
+def crossing(name, level=0.99):
+    """A fresh event function, of which nobody was told yet: its code has a name of its own."""
+
+    def event(t, y, *args):
+        return y[0] - level
+
+    code = event.__code__.replace(co_name=name)
+    return types.FunctionType(code, globals(), name, None, event.__closure__)
+
+
+def crossing_in_time(name):
+    def event(t, y, *args):
+        return np.sin(5.0 * t) - 0.9
+
+    code = event.__code__.replace(co_name=name)
+    return types.FunctionType(code, globals(), name)
+
+
+def slowly(t, y):
+    return [-0.1 * y[0]]
+
+
+def told_by(solve):
+    """The warnings of lost crossings."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        solve()
+    assert all(issubclass(each.category, SwitchingWarning) for each in said)
+    return [str(each.message) for each in said]
+
+
+@pytest.mark.parametrize("method", [*SCIPYS, "ode45"])
+def test_a_method_that_loses_two_crossings_tells_it_once(method):
+    def solve(name=f"a_{method}"):
+        return solve_ivp(slowly, SPAN, [1.0], method, events=events[name])
+
+    events = {name: crossing_in_time(name) for name in (f"a_{method}", f"b_{method}")}
+    (said,) = told_by(solve)
+    assert f"`a_{method}` crosses zero at t = " in said and f"within one step of {method}," in said
+    assert "'Tsit5', 'Vern9' or 'Rodas5P'" in said and "max_step=" in said
+    assert not told_by(solve) and not told_by(solve) and not told_by(solve)
+    assert told_by(lambda: solve(f"b_{method}"))
+
+
+def test_the_step_that_is_proposed_finds_both():
+    event = crossing("proposed")
+    given = turning, SPAN, [1.0, 0.0], "DOP853", None, False, event
+    (said,) = told_by(lambda: solve_ivp(*given))
+    step = float(said.split("max_step=")[1].rstrip("`."))
+    found = solve_ivp(*given, max_step=step).t_events[0]
+    first, second = (float(said.split("t = ")[k].split()[0].rstrip(",")) for k in (1, 2))
+    for each in (first, second):
+        assert np.abs(found - each).min() < 1e-2
+
+
+def test_the_same_method_with_a_level_that_is_not_reached_says_nothing():
+    for level in (1.01, -1.01, 0.5, 0.0):
+        assert not told_by(
+            lambda level=level: solve_ivp(
+                turning, SPAN, [1.0, 0.0], "DOP853", events=crossing("not_reached", level)
+            )
+        )
+
+
+@pytest.mark.parametrize(("t_end", "n_told"), [(6.0, 0), (6.2, 1), (7.0, 1)])
+def test_crossings_behind_the_end_of_a_run_are_not_lost(t_end, n_told):
+    """The only crossings of the solution in the step are at 2 pi - ARC and 2 pi + ARC."""
+    event = crossing(f"before_{10 * t_end:g}")
+
+    def end(t, y):
+        return t - t_end
+
+    end.terminal = True
+    run = []
+    given = turning, (5.9, 20.0), [np.cos(5.9), -np.sin(5.9)], "DOP853", None, False, [event, end]
+    said = told_by(lambda: run.append(solve_ivp(*given, first_step=1.2, rtol=1e-3)))
+    assert run[0].status == 1 and run[0].n_accepted == 1 and not len(run[0].t_events[0])
+    assert len(said) == n_told
+
+
+def moving(t, y, w):
+    return [y[1], -w * w * y[0]]
+
+
+def by_again(event):
+    for w in (0.3, 0.3, 0.3, 0.3, 1.0):
+        solve_ivp(moving, (0, 9.0), [-1.0, 0.0], "DOP853", events=event, args=(w,), rtol=1e-6)
+
+
+def by_prepared(event):
+    solver = prepare(moving, (0, 9.0), [-1.0, 0.0], "DOP853", events=event, args=(0.3,), rtol=1e-6)
+    for w in (0.3, 0.3, 1.0, 1.0):
+        solver(args=(w,))
+
+
+def by_stepper(event):
+    stepper = Stepper(turning, 0.0, [-1.0, 0.0], 20.0, method="DOP853", events=event, rtol=1e-6)
+    while stepper.status == "running":
+        stepper.step()
+
+
+def by_an_ensemble(event):
+    w = np.linspace(0.9, 1.0, 9)
+    solve_ensemble(moving, (0, 20), [-1.0, 0.0], (w,), "DOP853", events=event, rtol=1e-6)
+
+
+def by_phases(event):
+    end = crossing("ends", 2.0)
+    end.terminal = True
+    phase = Phase(turning, end, lambda t, y: ("one", y))
+    solve_phases({"one": phase}, "one", (0, 20), [-1.0, 0.0], "DOP853", events=event, rtol=1e-6)
+
+
+def by_a_phase(event):
+    event.terminal = True
+    phase = Phase(turning, event, lambda t, y: ("one", y))
+    solve_phases({"one": phase}, "one", (0, 20), [-1.0, 0.0], "DOP853", rtol=1e-6)
+
+
+def by_dae(event):
+    def implicit(t, y, yp):
+        return [yp[0] + 0.1 * y[0], y[1] - y[0]]
+
+    event = crossing_in_time(event.__name__)
+    solve_dae(implicit, SPAN, [1.0, 1.0], method="Radau", events=event)
+
+
+def by_mass(event):
+    event = crossing_in_time(event.__name__)
+    solve_ivp(slowly, SPAN, [1.0], "Radau", events=event, mass=np.array([[2.0]]))
+
+
+def by_actions(event):
+    given = {"events": event, "on_event": lambda t, y: [y[0], y[1]], "rtol": 1e-6}
+    solve_ivp(turning, (0, 20), [-1.0, 0.0], "DOP853", **given)
+
+
+def by_sensitivities(event):
+    given = {"args": (1.0,), "sensitivity": ["w"], "rtol": 1e-3}
+    solve_ivp(moving, (0, 20), [-1.0, 0.0], "DOP853", events=event, **given)
+
+
+@pytest.mark.parametrize(
+    "way",
+    [
+        by_again, by_prepared, by_stepper, by_an_ensemble, by_phases, by_a_phase, by_dae, by_mass,
+        by_actions, by_sensitivities,
+    ],
+)  # fmt: skip
+def test_each_way_of_a_solve_tells_of_lost_crossings(way):
+    event = crossing(way.__name__, 0.98)
+    said = told_by(lambda: way(event))
+    assert len(said) == 1 and f"`{way.__name__}` crosses zero" in said[0]
 
 
 WIDTH = 0.25  # of a step, above which no pair of crossings is lost

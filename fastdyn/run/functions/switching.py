@@ -33,7 +33,7 @@ UNKNOWN = (
 
 
 class SwitchingWarning(UserWarning):
-    """A step jumped over changes of the function, and the method looked at no time between them."""
+    """A step jumped over changes of a function, or over two zeros of an event function."""
 
 
 def switching_of(problem, bound, others=(), python_between=False):
@@ -58,7 +58,7 @@ def switching_of(problem, bound, others=(), python_between=False):
     if not compiled and p.method.error_order and not len(p.segments) and untold(bound, len(p.y0)):
         warn(UNKNOWN % getattr(bound.held.fun, "__name__", "fun"), SwitchingWarning)
     by = p.differentiated if p.method.error_order and not n_pair else ()
-    if compiled and (ends or _place_told(bound, p.method) not in _notes_of(bound)):
+    if compiled and (ends or place_told(bound, p.method) not in _notes_of(bound)):
         for place, each in enumerate(own):
             parts.append((place, each, switches_of(each, held, by if ends else ())))
     if by and not ends:
@@ -66,7 +66,7 @@ def switching_of(problem, bound, others=(), python_between=False):
     for place, each in enumerate(others[: len(p.events or ())], 1 + n_pair):
         if p.method.error_order:
             hidden.append((place, each, switches_of(each, held)))
-        elif each.function is not None and _place_told(each, p.method) not in _notes_of(each):
+        elif each.function is not None and place_told(each, p.method) not in _notes_of(each):
             parts.append((place, each, switches_of(each, held)))  # constant steps end nowhere else
     parts, hidden = (
         [Timed(*each, sharp) for each in listed if each[2] is not None]
@@ -81,14 +81,14 @@ def _tell_unseen(problem, place, bound):
     """Warn, once, of an event function that switches between steps which end at no such times."""
     p = problem
     switches = switches_of(bound)
-    if switches is None or _place_told(bound, p.method) in _notes_of(bound):
+    if switches is None or place_told(bound, p.method) in _notes_of(bound):
         return
     found = Timed(place, bound, switches, True).times(bound.given, p.y0, p.t0, p.tf, True)
     sharp = np.sort(found.t[found.sharp])
     close = np.flatnonzero(np.diff(sharp) < p.h_max)  # else a step ends between
     if len(close):
         sharp = sharp[close[0] :]
-        _notes_of(bound)[_place_told(bound, p.method)] = True
+        _notes_of(bound)[place_told(bound, p.method)] = True
         name = getattr(bound.held.fun, "__name__", "an event function")
         warn(
             f"`{name}` changes at t = {sharp[0]:.10g} and t = {sharp[1]:.10g}, and the steps of "
@@ -98,9 +98,9 @@ def _tell_unseen(problem, place, bound):
         )  # fmt: skip
 
 
-def _place_told(bound, method):
+def place_told(bound, method, told=TOLD):
     """The key of a note that of a function and a method was told; functions may share code."""
-    return TOLD, method.name.removesuffix(ON_PAIRS), codes(bound.held.fun, bound.held.args)
+    return told, method.name.removesuffix(ON_PAIRS), codes(bound.held.fun, bound.held.args)
 
 
 def _notes_of(bound):
@@ -251,7 +251,7 @@ class Switching:
         found = zip(self.parts, self._last[3], strict=True)
         own = (each.bound for each, times in found if a in times.t)
         bound = next(own, self._bound)  # a copy of a Stepper may have sought other times last
-        place = _place_told(bound, self._method)
+        place = place_told(bound, self._method)
         notes = _notes_of(bound)
         if place in notes:
             return

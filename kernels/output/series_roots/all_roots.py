@@ -196,6 +196,7 @@ def _note_others(s, o, events, d, t, meets, end, scratch):
         e = events.table[i]
         if e.active:
             e.active = 0
+            e.within = e.inside
             g = value(e.block, d, s.t_old, h, middle, scratch[0], scratch[1])
             bend = second_difference(e.g, g, e.g_new)
             if may_turn(e.g, g, e.g_new, bend) or changes_sign(e):

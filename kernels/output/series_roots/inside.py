@@ -5,15 +5,17 @@ parabola through its values at both ends and in the middle comes near zero (`loo
 evaluated on the interpolant, at PARTS - 1 points inside the step and where the values turn towards
 zero between them: each change of sign is an occurrence.
 
-Methods whose results are SciPy's or MATLAB's keep their occurrences, at most one a step.
+Methods whose results are SciPy's or MATLAB's keep their occurrences, at most one a step; the first
+two crossings of an event that are lost so are noted, for a warning.
 """
 
 import numpy as np
 
-from ...calls.user_function import raised
+from ...calls.block import RAISED_WORD
+from ...calls.user_function import raised, words_at
 from ...jit.options import INTERNAL, njit
 from ...state.rows import rows_on_stack
-from ..arguments import PARTS
+from ..arguments import COUNTS, PARTS, TELLS
 from ..brent import crossing, edge, value
 from ..dense_output import interpolate
 from ..events import (
@@ -58,19 +60,26 @@ def find_inside(kernels, solve, output, events, scratch, t, reached, ready, d):
             return FAILED
     at_border = is_border(s, o, output.segments)
     n_active = 0
+    n_told = 0
     for i in range(len(table)):
         table[i].size = 0.0
         n_active += table[i].active != 0
-    if n_active == 0 and not at_border:
+        n_told += table[i].within == TELLS
+    occurs = n_active > 0 or at_border
+    counted = s.n_extra
+    if not ready and (occurs or n_told > 0):
+        interpolate(kernels, solve, d)
+    lost = note_lost(s, table, d, t, scratch) if n_told > 0 else 0
+    if not occurs:
+        s.n_extra = counted  # the look alone takes no evaluations of SciPy's
+        o.lost |= lost
         accept(table)
         return NONE
-    if not ready:
-        interpolate(kernels, solve, d)
     end = o.n_events
     for i in range(len(table)):
         e = table[i]
         met = e.active == MET
-        if e.active and (e.inside != 0 or not met):
+        if e.active and (e.within == COUNTS or not met):
             end = note_inside(s, o, events, i, d, t, meets, end, scratch)
             if raised(e.block):
                 return FAILED
@@ -83,7 +92,55 @@ def find_inside(kernels, solve, output, events, scratch, t, reached, ready, d):
         if end == FAILED:
             return FAILED
         t = output.segments[o.i_segment, 2]
-    return settle(kernels, solve, output, events, scratch, t, d, end, meets, 1)
+    cut = settle(kernels, solve, output, events, scratch, t, d, end, meets, 1)
+    if lost and cut >= 0:
+        lost = _forget_behind(s, table, table[cut].root)
+    o.lost |= lost
+    return cut
+
+
+@njit(**INTERNAL)
+def note_lost(s, table, d, t, scratch):
+    """Note the first two crossings of each event of which a step up to t loses some; 1 if any."""
+    lost = 0
+    points = rows_on_stack(2, WIDTH)
+    h = s.t - s.t_old
+    for i in range(len(table)):
+        e = table[i]
+        if e.within != TELLS:
+            continue
+        n = _points(e, d, t, s.t_old, h, points, scratch)
+        e.size = 0.0
+        if _changes(points, n, 0.0) > 1 and _changes(points, n, e.direction) > changes_sign(e):
+            at = 0
+            for k in range(1, n):
+                if points[VALUE, at] * points[VALUE, k] < 0.0 and not e.lost_next == e.lost_next:
+                    begin = points[TIME, at]
+                    stop = points[TIME, k]
+                    root = crossing(e, d, begin, stop, s.t_old, h, scratch[0], scratch[1])
+                    if e.lost == e.lost:
+                        e.lost_next = root
+                    else:
+                        e.lost = root
+                if points[VALUE, k] != 0.0:
+                    at = k
+            lost = 1
+        if raised(e.block):  # where SciPy does not look, nothing raises
+            words_at(e.block)[RAISED_WORD] = 0
+            e.lost = e.lost_next = np.nan
+    return lost
+
+
+@njit(**INTERNAL)
+def _forget_behind(s, table, t):
+    """Forget lost crossings behind the event that ends a step at t; 1 if others are left."""
+    left = 0
+    for i in range(len(table)):
+        e = table[i]
+        if s.direction * (e.lost - t) > 0.0:
+            e.lost = e.lost_next = np.nan
+        left |= e.lost == e.lost
+    return left
 
 
 @njit(**INTERNAL)
@@ -96,9 +153,9 @@ def note_inside(s, o, events, i, d, t, meets, end, scratch):
     points = rows_on_stack(2, WIDTH)
     n = 0
     changes = 0
-    if e.inside != 0:
+    if e.within == COUNTS:
         n = _points(e, d, t, s.t_old, h, points, scratch)
-        changes = _changes(points, n)
+        changes = _changes(points, n, 0.0)
         if e.jump != 0 and _has_zeros(points, n):
             root = _first(e, d, s.t_old, h, points, n, scratch)
             return note(o, events, i, root, t, s.t_old, meets, end) if root == root else end
@@ -256,14 +313,14 @@ def _turn(e, d, t_old, h, points, k, y, out):
 
 
 @njit(**INTERNAL)
-def _changes(points, n):
-    """The number of changes of sign between points, without those at zeros."""
+def _changes(points, n, direction):
+    """The number of changes of sign between points in a direction, without those at zeros."""
     side = 0.0
     changes = 0
     for k in range(n):
         g = points[VALUE, k]
         if abs(g) > 0.0:
-            if g * side < 0.0:
+            if g * side < 0.0 and g * direction >= 0.0:
                 changes += 1
             side = np.sign(g)
     return changes

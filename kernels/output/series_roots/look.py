@@ -1,13 +1,14 @@
 """Where a step may have an event: its function has changed its sign, or may have, twice.
 
-The functions are evaluated at the end of each step, and in its middle.
+The functions are evaluated at the end of each step, and in its middle if the values at the ends of
+the last two steps come near zero, compared with their second difference.
 """
 
 from ...calls.block import MASS, RAISED_WORD
 from ...calls.user_function import evaluate, words_at
 from ...jit.options import INLINED, INTERNAL, njit
 from ...state.record import Y_OLD, K, Y
-from ..arguments import SERIES, SLOPES
+from ..arguments import COUNTS, KEEPS, SERIES, SLOPES
 from ..dense_output import interpolate, polynomial
 from ..events import FAILED, NONE, accept, evaluate_end, find_active
 from ..meetings import NEVER, distance_to_meet
@@ -19,6 +20,8 @@ BUSY = -4  # an event may have occurred
 # steps with two crossings of random functions were lost, up to 0.28 of a step apart.
 SHARE = 0.75
 FADES = 0.5  # share of an earlier step's second difference; a power of 2, see `from_lane`
+FAR = 8.0  # second differences from zero, beyond which the middle of a step is not looked at
+STEEP = 4.0  # second differences to which a change of sign rises that is the only one of a step
 
 
 @njit(**INLINED)
@@ -36,7 +39,7 @@ def look(kernels, solve, output, events, scratch, t, reached, ready, d, acts):
     if not evaluate_end(solve, events, scratch, t, reached, d):
         return FAILED
     n_active = find_active(table)
-    if table[0].inside != 0:
+    if find_doubtful(table, t - s.t_old) > 0:
         n_active += find_turning(kernels, solve, table, t, reached, ready, d, scratch)
     if acts is not None:
         if is_border(s, o, output.segments):
@@ -51,9 +54,45 @@ def look(kernels, solve, output, events, scratch, t, reached, ready, d, acts):
 
 
 @njit(**INTERNAL)
-def find_turning(kernels, solve, table, t, reached, ready, d, scratch):
-    """Mark the events that may have changed their sign twice in a step up to t; their number.
+def find_doubtful(table, h):
+    """Mark the events whose middle is to be looked at in a step of length h; their number.
 
+    Their values at the ends of this step and the last come near zero, or change sign slowly,
+    compared with `bend`.
+    """
+    n = 0
+    for i in range(len(table)):
+        e = table[i]
+        e.within = KEEPS
+        if e.inside == KEEPS or e.lost == e.lost:  # or it is known that crossings are lost
+            continue
+        rise = e.g_new - e.g
+        length = abs(h)
+        change = abs(rise / h - e.slope) * length * length / (2.0 * (length + e.length))
+        e.slope = rise / h
+        e.length = length
+        e.bend = max(change, e.bend) if change == change else e.bend
+        if e.g * e.g_new > 0.0:
+            clear = min(abs(e.g), abs(e.g_new)) > FAR * e.bend
+        else:  # zeros over an interval have two ends
+            clear = e.jump == 0 and e.g * e.g_new < 0.0 and is_steep(e)
+        if not (clear and change == change):
+            e.within = e.inside
+            n += 1
+    return n
+
+
+@njit(**INLINED)
+def is_steep(e):
+    """Whether an event function with other signs at the ends of a step changes sign once."""
+    return abs(e.g_new - e.g) > STEEP * e.bend
+
+
+@njit(**INTERNAL)
+def find_turning(kernels, solve, table, t, reached, ready, d, scratch):
+    """Keep the marks of events that may have changed their sign twice in a step up to t.
+
+    Returns the number of the events that are marked and have one sign at both ends.
     The slopes at both ends tell the state in the middle, if the method stores them.
     """
     s = solve.state[0]
@@ -72,13 +111,16 @@ def find_turning(kernels, solve, table, t, reached, ready, d, scratch):
         polynomial(d, (t_middle - s.t_old) / (s.t - s.t_old), y)
     for i in range(len(table)):
         e = table[i]
-        marked = e.active
+        if e.within == KEEPS:
+            continue
         if not evaluate(e.block, t_middle, y, scratch[1]):
             words_at(e.block)[RAISED_WORD] = 0  # the state is an estimate: the interpolant decides
-            e.active = 1
-        elif _turns(e, scratch[1, 0]):
-            e.active = 1
-        n += e.active - marked
+        elif not _turns(e, scratch[1, 0]):
+            e.within = KEEPS
+            continue
+        if e.active == 0:
+            n += 1
+            e.active = 1 if e.within == COUNTS else 0
     return n
 
 
@@ -86,6 +128,8 @@ def find_turning(kernels, solve, table, t, reached, ready, d, scratch):
 def _turns(e, middle):
     """Whether an event may have changed its sign twice; note the second difference."""
     e.bend = max(second_difference(e.g, middle, e.g_new), FADES * e.bend)
+    if e.jump == 0 and e.g * e.g_new < 0.0 and is_steep(e):
+        return False
     return may_turn(e.g, middle, e.g_new, e.bend)
 
 

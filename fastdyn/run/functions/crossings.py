@@ -1,0 +1,56 @@
+"""Crossings of events that are lost within steps, and the warning of them.
+
+Methods whose results are SciPy's or MATLAB's count at most one occurrence of an event in a step.
+Their kernels look inside the steps as those of other methods do, and note the first two crossings
+that do not count: see `TELLS` of `kernels/output/arguments.py`.  Python is not called for a look:
+functions may have effects.
+"""
+
+from fastdyn.compile.sentences import warn
+from fastdyn.kernels.output.arguments import KEEPS, TELLS
+
+from .switching import SwitchingWarning, place_told
+
+LOST = "told of lost crossings"  # a key of a Function's notes
+OWN = "'Tsit5', 'Vern9' or 'Rodas5P', which look"
+SHORTER = 0.9  # share of a distance; no step of this length, rounded, contains both ends
+
+
+def look_for_lost(table, problem, bounds, others):
+    """Let the EVENTS records note crossings that are lost; whether any of them does.
+
+    `others` are the functions that are called between steps, first those of the events.
+    """
+    p = problem
+    if p.method.looks_inside or any(each.function is None for each in bounds):
+        return False
+    for row, bound in zip(table, others, strict=False):
+        told = place_told(bound, p.method, LOST) in bound.function.notes
+        row["inside"] = KEEPS if told else TELLS
+    return bool((table["inside"] == TELLS).any())
+
+
+def tell_lost(problem, others, table, image):
+    """Warn, once a function and method, of the crossings that the records of `table` have noted.
+
+    Neither `table` nor the `image` of the next solve notes more of an event that is told.
+    """
+    p = problem
+    for i, bound in enumerate(others[: len(table)]):
+        a = float(table["lost"][i])
+        b = float(table["lost_next"][i])
+        if not b == b:
+            continue
+        table["inside"][i] = image["inside"][i] = KEEPS
+        place = place_told(bound, p.method, LOST)
+        if place in bound.function.notes:
+            continue
+        bound.function.notes[place] = True
+        name = p.events[i].name or "an event function"
+        advice = "'Rodas5P', which looks" if p.mass is not None else OWN
+        warn(
+            f"`{name}` crosses zero at t = {a:.10g} and t = {b:.10g}, within one step of "
+            f"{place[1]}, which counts at most one occurrence in a step: events are lost. Take "
+            f"{advice} inside the steps, or give `max_step={SHORTER * abs(b - a):.2g}`.",
+            SwitchingWarning
+        )  # fmt: skip
