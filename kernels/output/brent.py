@@ -4,7 +4,8 @@ R. P. Brent, "Algorithms for Minimization without Derivatives" (1973), chapter 4
 """
 
 from ..calls.user_function import call_function, raised
-from ..jit.options import INTERNAL, njit
+from ..jit.options import INLINED, INTERNAL, njit
+from .arguments import COUNTS
 from .dense_output import polynomial
 
 TOLERANCE = 4 * 2.220446049250313e-16  # as in SciPy: of the unit of time, and relative
@@ -33,8 +34,8 @@ def crossing(e, d, t_from, t_new, t_old, h, y, out):
     The polynomial d begins at t_old and belongs to a step of length h.  If the function has one
     sign at both ends (a step so short that the ends coincide), the result is the end with the
     smaller value, but the start of a step where the function jumped just before.  If the event
-    changes the state, and its function stays zero, the result is the time from which on the
-    function is zero.
+    takes edges, and its function stays zero, the result is the time from which on the function is
+    zero.
     """
     event = e.block
     a = t_from
@@ -44,7 +45,7 @@ def crossing(e, d, t_from, t_new, t_old, h, y, out):
     if fa == 0.0:
         return a
     if fb == 0.0:
-        return b if e.jump == 0 else edge(e, d, b, a, t_old, h, y, out)
+        return edge(e, d, b, a, t_old, h, y, out) if takes_edges(e) else b
     if (fa > 0.0) == (fb > 0.0):
         jumped = t_from == t_old and e.g * fa < 0.0  # at t0, and the steps begin behind
         return a if jumped or abs(fa) < abs(fb) else b
@@ -87,9 +88,18 @@ def crossing(e, d, t_from, t_new, t_old, h, y, out):
             c = a
             fc = fa
             step = previous = b - a
-    if fb == 0.0 and e.jump != 0:
+    if fb == 0.0 and takes_edges(e):
         return edge(e, d, b, t_from, t_old, h, y, out)
     return b
+
+
+@njit(**INLINED)
+def takes_edges(e):
+    """Whether an interval on which the function of an event is exactly zero has two occurrences.
+
+    Events of methods with SciPy's results that do not change the state occur as SciPy's do.
+    """
+    return e.jump != 0 or e.inside == COUNTS
 
 
 @njit(**INTERNAL)

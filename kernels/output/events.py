@@ -16,7 +16,7 @@ from ..calls.user_function import evaluate
 from ..jit.options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, Y
 from ..state.rows import copy_row
-from .brent import crossing, crossing_from_zero, edge, resolution
+from .brent import crossing, crossing_from_zero, edge, resolution, takes_edges
 from .dense_output import polynomial
 from .meetings import (
     APART,
@@ -99,14 +99,24 @@ def changes_sign(e):
 
 @njit(**INTERNAL)
 def _rests(e):
-    """True if the function of an event that changes the state was zero, and did not cross zero.
+    """True if the function of an event that changes the state was zero, and did not leave zero.
 
-    Such an event is switched off, stays in contact, or leaves zero in a direction not asked for.
-    An event that leaves an interval of zeros occurs at the end of the interval.
+    Such an event is switched off, or stays in contact.  An event that leaves an interval of zeros
+    occurs at the end of the interval; see `is_contact` for a zero by itself.
     """
     if e.begins == PLAIN:
-        return e.g == 0.0 and (e.g_new == 0.0 or e.direction == 0.0)
+        return e.g == 0.0 and e.g_new == 0.0
     return e.g_new == 0.0 and (e.g == 0.0 or e.begins != LEAVES)
+
+
+@njit(**INLINED)
+def is_contact(e, root, t_old):
+    """True if an event that changes the state leaves a zero by itself, without a direction.
+
+    The zero is at the start of a step, and has not just counted.
+    """
+    begins = e.jump != 0 and e.begins == PLAIN and e.g == 0.0
+    return begins and e.direction == 0.0 and root == t_old
 
 
 @njit(**INTERNAL)
@@ -125,7 +135,7 @@ def never_ends(e, t):
 @njit(**INTERNAL)
 def root_in(e, d, t_from, t, t_old, h, scratch):
     """The time in a step at which an active event occurs."""
-    if e.jump != 0 and e.g == 0.0 and e.begins != TOUCHES:
+    if takes_edges(e) and e.g == 0.0 and e.begins != TOUCHES:
         return edge(e, d, t_old, t, t_old, h, scratch[0], scratch[1])
     if e.begins == PLAIN:
         return crossing(e, d, t_from, t, t_old, h, scratch[0], scratch[1])

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy import integrate
 
-from fastdyn import solve_ivp
+from fastdyn import SwitchingWarning, solve_ensemble, solve_ivp
 
+OWN = ("Tsit5", "Vern7", "Vern9", "Rodas5P", "RK4", "auto")
 METHODS = ("Tsit5", "Vern9", "Rodas5P", "RK45", "DOP853", "Radau", "LSODA", "ode45")
 TIGHT = {"rtol": 1e-8, "atol": 1e-8}
 UP = np.pi * np.array([1 / 6, 13 / 6])  # where sin(t) passes 1/2
@@ -95,3 +97,89 @@ def test_a_start_at_a_zero_by_itself_is_no_edge(method):
         on_event=count,
     )  # fmt: skip
     assert len(found.t_events[0]) == 0
+
+
+INSIDE = {
+    (above, 0): np.sort(np.r_[UP, DOWN]),
+    (above, 1): UP,
+    (above, -1): DOWN,
+}
+PRECISE = 1e-6  # of the solution at the edges, at the tolerances of 1e-8
+
+
+def steps_of(method):
+    return {"step": 0.05} if method == "RK4" else TIGHT
+
+
+@pytest.mark.parametrize("method", [*OWN, *METHODS[3:]])
+@pytest.mark.parametrize(("function", "direction"), INSIDE)
+def test_a_run_that_begins_inside_an_interval_of_zeros_acts_at_its_end(method, function, direction):
+    """`above` is zero from the start to UP[0], also where no step ends before."""
+    for more in ({}, {"first_step": 0.55}, {"first_step": 0.1}):
+        given = {**steps_of(method), **({} if method == "RK4" else more)}
+        found = solve_ivp(
+            oscillates, (0, 10), [0.0, 0.0], method, events=directed(function, direction),
+            on_event=count, **given,
+        )  # fmt: skip
+        edges = INSIDE[function, direction]
+        assert found.status == 0 and found.y[1, -1] == len(edges)
+        assert found.t_events[0] == pytest.approx(edges, abs=PRECISE)
+
+
+@pytest.mark.parametrize("method", OWN)
+@pytest.mark.parametrize(("function", "direction"), EDGES)
+def test_events_of_own_methods_that_do_not_act_occur_at_the_edges(method, function, direction):
+    event = directed(function, direction)
+    edges = EDGES[function, direction]
+    given = oscillates, (0, 10), [0.0, 0.0], method
+    for _ in range(3):
+        found = solve_ivp(*given, events=event, **steps_of(method))
+        assert found.t_events[0] == pytest.approx(edges, abs=PRECISE)
+    event.terminal = True
+    ended = solve_ivp(*given, events=event, **steps_of(method))
+    assert ended.status == 1 and ended.t[-1] == pytest.approx(edges[0], abs=PRECISE)
+
+
+def test_members_of_an_ensemble_occur_at_the_edges():
+    starts = np.array([[0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
+    many = solve_ensemble(
+        oscillates, (0, 10), starts, method="Tsit5", events=directed(above, 0), **TIGHT
+    )
+    for times in many.t_events[0]:
+        assert times == pytest.approx(INSIDE[above, 0], abs=PRECISE)
+
+
+def test_an_edge_at_a_point_that_is_looked_at_counts():
+    """A constant step from 0 to 1 is looked at in eighths: the edges are 1/4 and 1/2."""
+
+    def pulse(t, y):
+        return max(0.0, 0.25 - y[0]) - max(0.0, y[0] - 0.5)
+
+    found = solve_ivp(lambda t, y: [1.0], (0, 1), [0.0], "RK4", events=pulse, step=1.0)
+    resolved = 4 * 2 * np.finfo(float).eps  # of a root, as SciPy's
+    assert found.t_events[0] == pytest.approx([0.25, 0.5], abs=resolved, rel=0)
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+@pytest.mark.parametrize("method", ["RK45", "DOP853", "Radau", "LSODA"])
+def test_scipys_methods_keep_scipys_occurrences_and_tell_it(method, terminal):
+    def at_rest(t, y):
+        return max(0.0, y[0] - 0.5)
+
+    at_rest.terminal = terminal
+    given = oscillates, (0, 10), [0.0, 0.0], method
+    code = at_rest.__code__.replace(co_name=f"at_rest_of_{method}_{terminal}")
+    at_rest.__code__ = code
+    with pytest.warns(SwitchingWarning, match="exactly zero over an interval"):
+        found = solve_ivp(*given, events=at_rest)
+    expected = integrate.solve_ivp(*given, events=at_rest)
+    assert found.status == expected.status and found.nfev <= expected.nfev
+    # Steps of Radau with an exact Jacobian are SciPy's within the tolerance of 1e-3.
+    assert found.t_events[0] == pytest.approx(expected.t_events[0], rel=1e-5)
+
+
+def test_two_edges_within_a_step_of_a_method_of_scipys_are_told():
+    with pytest.warns(SwitchingWarning, match="crosses zero at t = .* and t = .*, within one step"):
+        solve_ivp(
+            oscillates, (0, 10), [0.0, 0.0], "RK45", events=directed(above, 1), on_event=count
+        )

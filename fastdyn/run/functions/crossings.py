@@ -2,8 +2,8 @@
 
 Methods whose results are SciPy's or MATLAB's count at most one occurrence of an event in a step.
 Their kernels look inside the steps as those of other methods do, and note the first two crossings
-that do not count: see `TELLS` of `kernels/output/arguments.py`.  Python is not called for a look:
-functions may have effects.
+that do not count, or an interval of zeros: see `TELLS` of `kernels/output/arguments.py`.  Python is
+not called for a look: functions may have effects.
 """
 
 from fastdyn.compile.sentences import warn
@@ -13,6 +13,10 @@ from .switching import SwitchingWarning, place_told
 
 LOST = "told of lost crossings"  # a key of a Function's notes
 OWN = "'Tsit5', 'Vern9' or 'Rodas5P', which look"
+FLAT = (
+    "`{}` is exactly zero over an interval around t = {:.10g}. {} takes the ends of its steps "
+    "there for occurrences, as SciPy does, not the ends of the interval: take {} inside the steps."
+)
 SHORTER = 0.9  # share of a distance; no step of this length, rounded, contains both ends
 
 
@@ -39,7 +43,7 @@ def tell_lost(problem, others, table, image):
     for i, bound in enumerate(others[: len(table)]):
         a = float(table["lost"][i])
         b = float(table["lost_next"][i])
-        if not b == b:
+        if not a == a:
             continue
         table["inside"][i] = image["inside"][i] = KEEPS
         place = place_told(bound, p.method, LOST)
@@ -48,9 +52,17 @@ def tell_lost(problem, others, table, image):
         bound.function.notes[place] = True
         name = p.events[i].name or "an event function"
         advice = "'Rodas5P', which looks" if p.mass is not None else OWN
+        if a == b:
+            warn(FLAT.format(name, a, place[1], advice), SwitchingWarning)
+            continue
+        both = f"t = {a:.10g}"
+        shorter = ""
+        if b == b:
+            both = f"{both} and t = {b:.10g}"
+            shorter = f"{SHORTER * abs(b - a):.2g}"
         warn(
-            f"`{name}` crosses zero at t = {a:.10g} and t = {b:.10g}, within one step of "
-            f"{place[1]}, which counts at most one occurrence in a step: events are lost. Take "
-            f"{advice} inside the steps, or give `max_step={SHORTER * abs(b - a):.2g}`.",
+            f"`{name}` crosses zero at {both}, within one step of {place[1]}, which counts at most "
+            f"one occurrence in a step: events are lost. Take {advice} inside the steps, or give "
+            f"`max_step={shorter}`.",
             SwitchingWarning
         )  # fmt: skip

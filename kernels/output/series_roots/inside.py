@@ -22,10 +22,9 @@ from ..events import (
     FAILED,
     LEAVES,
     NONE,
-    PLAIN,
-    STAYS,
     accept,
     changes_sign,
+    is_contact,
     note,
     note_border,
     root_in,
@@ -101,7 +100,10 @@ def find_inside(kernels, solve, output, events, scratch, t, reached, ready, d):
 
 @njit(**INTERNAL)
 def note_lost(s, table, d, t, scratch):
-    """Note the first two crossings of each event of which a step up to t loses some; 1 if any."""
+    """Note the first two crossings of each event of which a step up to t loses some; 1 if any.
+
+    One time twice notes a time at which the function of the event stays exactly zero.
+    """
     lost = 0
     points = rows_on_stack(2, WIDTH)
     h = s.t - s.t_old
@@ -111,24 +113,27 @@ def note_lost(s, table, d, t, scratch):
             continue
         n = _points(e, d, t, s.t_old, h, points, scratch)
         e.size = 0.0
-        if _changes(points, n, 0.0) > 1 and _changes(points, n, e.direction) > changes_sign(e):
-            at = 0
-            for k in range(1, n):
-                if points[VALUE, at] * points[VALUE, k] < 0.0 and not e.lost_next == e.lost_next:
-                    begin = points[TIME, at]
-                    stop = points[TIME, k]
-                    root = crossing(e, d, begin, stop, s.t_old, h, scratch[0], scratch[1])
-                    if e.lost == e.lost:
-                        e.lost_next = root
-                    else:
-                        e.lost = root
-                if points[VALUE, k] != 0.0:
-                    at = k
+        flat = _flat(points, n)
+        edges = flat >= 0
+        if edges and e.jump == 0:
+            e.lost = e.lost_next = points[TIME, flat]
+            lost = 1
+        elif _is_lost(e, points, n, edges):
+            _time_lost(e, d, s.t_old, h, points, n, edges, scratch)
             lost = 1
         if raised(e.block):  # where SciPy does not look, nothing raises
             words_at(e.block)[RAISED_WORD] = 0
             e.lost = e.lost_next = np.nan
     return lost
+
+
+@njit(**INTERNAL)
+def _flat(points, n):
+    """The first of two points, one after the other, at which a function is exactly zero; or -1."""
+    for k in range(1, n):
+        if points[VALUE, k - 1] == 0.0 and points[VALUE, k] == 0.0:
+            return k - 1
+    return -1
 
 
 @njit(**INTERNAL)
@@ -155,13 +160,14 @@ def note_inside(s, o, events, i, d, t, meets, end, scratch):
     changes = 0
     if e.within == COUNTS:
         n = _points(e, d, t, s.t_old, h, points, scratch)
-        changes = _changes(points, n, 0.0)
-        if e.jump != 0 and _has_zeros(points, n):
-            root = _first(e, d, s.t_old, h, points, n, scratch)
-            return note(o, events, i, root, t, s.t_old, meets, end) if root == root else end
+        changes = _changes(points, n, 0.0, False)
+        if _has_zeros(points, n):
+            return _note_edges(s, o, events, i, d, points, n, t, meets, end, scratch)
     if changes <= 1:
         if changes_sign(e):
             root = root_in(e, d, s.t_old, t, s.t_old, h, scratch)
+            if is_contact(e, root, s.t_old):
+                return end
             end = note(o, events, i, root, t, s.t_old, meets, end)
         return end
     side = 0.0
@@ -183,11 +189,9 @@ def note_inside(s, o, events, i, d, t, meets, end, scratch):
                     root = crossing(e, d, begin, stop, s.t_old, h, scratch[0], scratch[1])
                 end = note(o, events, i, root, t, s.t_old, meets, end)
         elif side == 0.0 and k > 0:  # zero at the start of the step
-            both = e.direction == 0.0 and (e.jump == 0 or e.begins == STAYS)
-            if both or turn * e.direction > 0.0:
-                root = s.t_old
-                if e.jump != 0:
-                    root = root_in(e, d, root, points[TIME, k], root, h, scratch)
+            root = root_in(e, d, s.t_old, points[TIME, k], s.t_old, h, scratch)
+            wanted = e.direction == 0.0 or turn * e.direction > 0.0
+            if wanted and not is_contact(e, root, s.t_old):
                 end = note(o, events, i, root, t, s.t_old, meets, end)
         side = turn
         at = k
@@ -206,29 +210,37 @@ def _has_zeros(points, n):
 
 
 @njit(**INTERNAL)
-def _first(e, d, t_old, h, points, n, scratch):
-    """The first occurrence in a step of an event with zeros as `_has_zeros` says; NaN if none."""
+def _note_edges(s, o, events, i, d, points, n, t, meets, end, scratch):
+    """Note the occurrences of event i with zeros as `_has_zeros` says; return the end of the notes.
+
+    Only the first if the event changes the state.
+    """
+    e = events.table[i]
+    t_old = s.t_old
+    h = s.t - t_old
+    root = np.nan
     for k in range(1, n):
         was = points[VALUE, k - 1]
         now = points[VALUE, k]
         turn = np.sign(now) - np.sign(was)
-        if not abs(turn) > 0.0 or turn * e.direction < 0.0:
+        if not abs(turn) > 0.0:
             continue
         begin = points[TIME, k - 1]
         stop = points[TIME, k]
-        starts = False  # where the step begins, with a zero that has not counted
+        known = root == begin  # a zero by itself, of which both sides are seen
         if k == 1:
             root = root_in(e, d, begin, stop, t_old, h, scratch)
-            starts = e.begins != LEAVES and (e.direction != 0.0 or e.begins != PLAIN)
+            known = root == t_old and (e.begins == LEAVES or is_contact(e, root, t_old))
         elif was == 0.0:
             root = edge(e, d, begin, stop, t_old, h, scratch[0], scratch[1])
         else:
             root = crossing(e, d, begin, stop, t_old, h, scratch[0], scratch[1])
-        known = root == begin and not starts and (was == 0.0 or e.begins == LEAVES)
-        touches = now == 0.0 and root == stop and k < n - 1 and not points[VALUE, k + 1] * was < 0.0
-        if not known and not touches:
-            return root
-    return np.nan
+        touches = now == 0.0 and root == stop and k < n - 1 and points[VALUE, k + 1] * was > 0.0
+        if not (known or touches or turn * e.direction < 0.0):
+            end = note(o, events, i, root, t, t_old, meets, end)
+            if e.jump != 0:
+                return end
+    return end
 
 
 @njit(**INTERNAL)
@@ -313,14 +325,48 @@ def _turn(e, d, t_old, h, points, k, y, out):
 
 
 @njit(**INTERNAL)
-def _changes(points, n, direction):
-    """The number of changes of sign between points in a direction, without those at zeros."""
-    side = 0.0
+def _changes(points, n, direction, edges):
+    """The number of changes of sign between points in a direction, without those at zeros.
+
+    With `edges`, a function that becomes zero, or leaves zero, counts.
+    """
+    side = np.nan
     changes = 0
     for k in range(n):
         g = points[VALUE, k]
-        if abs(g) > 0.0:
-            if g * side < 0.0 and g * direction >= 0.0:
+        if abs(g) > 0.0 or (edges and g == 0.0):
+            turn = np.sign(g) - side
+            if abs(turn) > 0.0 and turn * direction >= 0.0:
                 changes += 1
             side = np.sign(g)
     return changes
+
+
+@njit(**INTERNAL)
+def _is_lost(e, points, n, edges):
+    """Whether a step has more occurrences of an event than SciPy's."""
+    several = edges or _changes(points, n, 0.0, False) > 1
+    return several and _changes(points, n, e.direction, edges) > changes_sign(e)
+
+
+@njit(**INTERNAL)
+def _time_lost(e, d, t_old, h, points, n, edges, scratch):
+    """Note the times of the first two changes of sign between points."""
+    at = 0
+    for k in range(1, n):
+        was = points[VALUE, at]
+        now = points[VALUE, k]
+        begin = points[TIME, at]
+        stop = points[TIME, k]
+        if now == 0.0 and not edges:
+            continue
+        at = k
+        if was * now < 0.0 or (edges and (was == 0.0) != (now == 0.0)):
+            if was == 0.0:
+                root = edge(e, d, begin, stop, t_old, h, scratch[0], scratch[1])
+            else:
+                root = crossing(e, d, begin, stop, t_old, h, scratch[0], scratch[1])
+            if e.lost == e.lost:
+                e.lost_next = root
+                return
+            e.lost = root
