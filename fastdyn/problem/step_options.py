@@ -156,12 +156,17 @@ def segments_of_span(breakpoints, t0, tf):
     return found
 
 
+def largest_time(times, t0, tf):
+    """The largest time of a span; of an endless one, the largest of `times`, or None, within."""
+    if math.isfinite(tf):
+        return max(abs(t0), abs(tf))
+    found = np.abs([] if times is None else times)
+    return float(found[np.isfinite(found)].max(initial=abs(t0)))
+
+
 def _off(u, t0, tf):
     """The distance of segments from the breakpoints u within the span."""
-    largest = max(abs(t0), abs(tf) if math.isfinite(tf) else 0.0)
-    if len(u) and not math.isfinite(tf):
-        largest = max(largest, float(np.abs(u[np.isfinite(u)]).max(initial=0.0)))
-    return 4 * EPS * largest
+    return 4 * EPS * largest_time(u, t0, tf)
 
 
 def segments_of_members(member, times, t0, tf, count):

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from fastdyn.compile.python_callback import value_of
+from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.output.arguments import TOLERANCE
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.events import Event
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.table import refused_among
 from fastdyn.problem.schedules import refuse_schedules
-from fastdyn.problem.step_options import within
+from fastdyn.problem.step_options import largest_time, within
 from fastdyn.problem.validate import function, method_named, output_times
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import SUCCESS
@@ -209,9 +211,6 @@ def _crossed(phase, crossing, asked, given, y):
     """
     if crossing is None:
         return phase.event
-    from fastdyn.kernels.methods import METHODS  # imported late: to derive takes no compiler
-    from fastdyn.kernels.output.brent import TOLERANCE
-
     found = Event.of(phase.event)
     before = Event.of(crossing.event)
     if (found.origin or found.function) is not (before.origin or before.function):
@@ -220,8 +219,7 @@ def _crossed(phase, crossing, asked, given, y):
     tf = asked.tf
     by = METHODS.get(given.get("method", asked.method))
     unit = min(1.0, abs(tf - t)) if by is None or by.has_own_results else 1.0
-    largest = max(abs(t), abs(tf) if math.isfinite(tf) else 0.0)  # see `segments_of_members`
-    near = 2 * TOLERANCE * (unit + largest)
+    near = 2 * TOLERANCE * (unit + largest_time(given.get("breakpoints"), t, tf))
     same = found.direction != 0.0 and np.array_equal(y, crossing.y)
     if not (same and abs(t - crossing.begun) > near):
         sides = [

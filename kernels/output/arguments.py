@@ -104,6 +104,8 @@ INTERPOLATED, SLOPES, SERIES = range(3)
 # the first two that do not count are noted, to be told.
 KEEPS, COUNTS, TELLS = range(3)
 
+TOLERANCE = 4 * 2.220446049250313e-16  # of a root, as in SciPy: of the unit of time, and relative
+
 # One record for each event function.
 EVENTS = np.dtype(
     [

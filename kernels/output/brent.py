@@ -5,10 +5,9 @@ R. P. Brent, "Algorithms for Minimization without Derivatives" (1973), chapter 4
 
 from ..calls.user_function import call_function, raised
 from ..jit.options import INLINED, INTERNAL, njit
-from .arguments import COUNTS
+from .arguments import COUNTS, TOLERANCE
 from .dense_output import polynomial
 
-TOLERANCE = 4 * 2.220446049250313e-16  # as in SciPy: of the unit of time, and relative
 N_ITERATIONS = 100  # as in SciPy
 STAYS_FOR = 2.0**-20  # share of a distance from a zero within which a function stays zero
 

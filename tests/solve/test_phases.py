@@ -167,6 +167,48 @@ def test_a_jump_that_ends_a_phase_counts_once_behind_another_state(method, t_jum
     assert [end for *_, end in run.phases] == pytest.approx([t_jump, 80.0], rel=1e-14)
 
 
+@pytest.mark.parametrize("method", ["RK45", "Tsit5", "Radau"])
+@pytest.mark.parametrize("breakpoints", [None, [1e7]])
+def test_an_endless_span_has_the_phases_of_a_span_that_ends(method, breakpoints):
+    def upwards(t, y):
+        return y[0] - 0.5
+
+    def late(t, y):
+        return t - 20.0
+
+    upwards.direction = 1
+    late.terminal = True
+    ends = []
+    for tf in (2e7, np.inf):
+        given = of_a_wave(upwards), "a", (0, tf), [0.0, 1.0], method
+        options = OPTIONS if breakpoints is None else {**OPTIONS, "breakpoints": breakpoints}
+        run = solve_phases(*given, events=late, max_phases=20, **options)
+        assert run.status == 1 and run.t[-1] == pytest.approx(20.0, abs=1e-12)
+        ends.append([end for *_, end in run.phases][:-1])
+    assert ends[1] == pytest.approx(ends[0], abs=1e-6)
+    assert len(ends[0]) == 4
+
+
+@pytest.mark.parametrize("largest", [1.0, 1e7])
+def test_a_crossing_of_an_endless_span_counts_once_beside_a_late_breakpoint(largest):
+    """The root may lie beside the breakpoint by the roundings of the largest time."""
+
+    def upwards(t, y):
+        return t - 5.0
+
+    upwards.direction = 1
+    upwards.terminal = True
+    phase = Phase(lambda t, y: [1.0], upwards, lambda t, y: ("a", y))
+
+    def stop(t, y):
+        return t - 6.0
+
+    stop.terminal = True
+    times = [5.0 - 1e-9, 5.0 * largest]
+    run = solve_phases({"a": phase}, "a", (0, np.inf), [0.0], events=stop, breakpoints=times)
+    assert len(run.phases) == 2 and run.status == 1
+
+
 def test_a_body_at_rest_on_the_ground_does_not_fall_through():
     """Its event is at the start of each phase, and the state behind is the same."""
     run = solve_phases(BALL, "up", (0.0, 1.0), [0.0, 0.0], args=(0.8,), max_phases=20)
