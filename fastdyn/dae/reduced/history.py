@@ -18,20 +18,21 @@ ROOM = 100.0  # growth, in that at the choice, at which states are chosen anew
 LEAST = 1e-3  # in the unit of a constraint: jumps below a millionth of this are rounding
 
 
-def along(reduction, found, kinks):
+def along(reduction, found, kinks, t, cuts=()):
     """(Choices along a result, the last step end before a singularity or None, jump or None).
 
-    `kinks` are the `decisions`.  Between two actions of `on_event`, which store their time twice,
-    the solution is smooth; `jump` is the first time at which a constraint jumps by itself.
+    `kinks` are the `decisions`, `t` the times of the states.  Between two actions of `on_event`,
+    which store their time twice, and other `cuts`, the solution is smooth; `jump` is the first time
+    at which a constraint jumps by itself.
     """
-    cuts = np.flatnonzero(np.diff(found.t) == 0) + 1
+    cuts = np.union1d(np.flatnonzero(np.diff(t) == 0) + 1, cuts).astype(int)
     log: list = []
-    for first, end in zip([0, *cuts], [*cuts, len(found.t)], strict=True):
+    for first, end in zip([0, *cuts], [*cuts, len(t)], strict=True):
         part = slice(first, end)
-        more, last = history(reduction, found.t[part], found.y[:, part])
+        more, last = history(reduction, t[part], found.y[:, part])
         log += more if not log or more[0][1] != log[-1][1] else more[1:]
         last = None if last is None or last + 1 == end - first else int(first + last)
-        jump = _jump_of(reduction.system, kinks, found, part) if kinks else None
+        jump = _jump_of(reduction.system, kinks, found.sol, t[part]) if kinks else None
         if last is not None or jump is not None:
             return log, last, jump
     return log, None, None
@@ -105,11 +106,10 @@ def decisions(reduced):
     return list(found.values())
 
 
-def _jump_of(reduced, nodes, found, part):
+def _jump_of(reduced, nodes, states, times):
     """The first time of a smooth part of a result at which a constraint jumps, or None."""
     graph = reduced.given.graph
     values = reduced.given.values
-    times = found.t[part]
     with GROWING:
         outputs = [*_constraints(reduced), graph.const(LEAST)]
         outputs += [reduced.node(*place) for place in reduced.states]  # the measure of a jump
@@ -117,7 +117,7 @@ def _jump_of(reduced, nodes, found, part):
 
     def solution(t):
         late = np.maximum if times[-1] >= times[0] else np.minimum
-        return orders(reduced, np.asarray(found.sol(late(t, begin))))
+        return orders(reduced, np.asarray(states(late(t, begin))))
 
     return first_jump(graph, outputs, nodes, times, solution, values)
 

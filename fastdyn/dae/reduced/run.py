@@ -22,6 +22,7 @@ from ..callbacks import with_observed
 from ..jumps import with_acting, with_jumps
 from ..structure.start import Unsolved
 from .actions import Action
+from .borders import Borders
 from .events import check_still, watched
 from .history import along, decisions
 from .trajectory import Solution, components, places
@@ -54,12 +55,15 @@ def run(reduction, given, z, method, held, tangent=None):
     actions = []
     asked = []
     problem = _problem(reduction, given, z, method, held, bool(kinks), actions, asked)
+    borders = Borders(reduction)
+    if kinks and tangent is None and problem.checkpoint is None:
+        problem = borders.solved_behind(problem)
     whole = None
     try:
         if tangent is not None:
             found, whole = tangent.solved(problem, z)
         else:
-            found = _solved(problem)
+            found = borders.of_result(_solved(problem))
     except NoSeries as reason:
         solved = sorted({k for each in asked for k in each.solved})
         if not (solved and "events" in str(reason)):
@@ -75,7 +79,7 @@ def run(reduction, given, z, method, held, tangent=None):
     for action in actions:
         if action.bad is not None:
             found.message = action.bad
-    log, last, jump = along(reduction, found, kinks)
+    log, last, jump = along(reduction, found, kinks, borders.beside(found.t), borders.cuts(found.t))
     if last is not None:
         found.status, found.message = -1, SINGULAR.format(*found.t[last : last + 2])
     else:
@@ -84,7 +88,7 @@ def run(reduction, given, z, method, held, tangent=None):
         found.status, found.message = -1, JUMP.format(jump)
         last = int(np.flatnonzero(np.abs(found.t - found.t[0]) < abs(jump - found.t[0]))[-1])
         log = [each for each in log if abs(each[0] - found.t[0]) <= abs(jump - found.t[0])]
-    result = _result(reduction, given, found, last, log)
+    result = _result(reduction, given, found, last, log, borders)
     if tangent is not None:
         tangent.put(result, whole)
     return result
@@ -165,30 +169,32 @@ def _of_no_time(problem):
     )  # fmt: skip
 
 
-def _result(reduction, given, found, last, log):
+def _result(reduction, given, found, last, log, borders):
     """The result up to the step end `last`."""
     system = reduction.system
     end = found.t[last]
     t_eval = given.t_eval
     sign = 1.0 if found.t[-1] >= found.t[0] else -1.0
-    sol = None if found.sol is None else Solution(system, found.sol)
+    sol = None if found.sol is None else Solution(system, found.sol, borders.before)
+    beside = borders.before
     if t_eval is None:
         t = found.t[: last + 1]
         x = found.y[:, : last + 1]
+        beside = borders.beside
     elif sol is None:  # without a step
         t = t_eval[t_eval == found.t[0]]
         x = np.repeat(found.y[:, :1], len(t), axis=1)
     else:
         t = t_eval[sign * t_eval <= sign * end]
         x = np.asarray(found.sol(t))  # pyright: ignore[reportOptionalCall]
-    y, yp = (components(system, t, x, True, rates) for rates in (False, True))
+    y, yp = (components(system, beside(t), x, True, rates) for rates in (False, True))
     times = []
     states = []
     for at, x in zip(found.t_events or (), found.y_events or (), strict=True):
         here = sign * at <= sign * end
         times.append(at[here])
         x = np.reshape(x, (len(at), len(system.states)))[here].T
-        states.append(components(system, at[here], x, project=True).T)
+        states.append(components(system, borders.before(at[here]), x, project=True).T)
     result = OdeResult(found)
     result.success = found.status >= 0  # a singularity or a jump on the way changed the status
     result.t = t

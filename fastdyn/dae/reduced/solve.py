@@ -50,7 +50,8 @@ def solve_reduced(given, method) -> OdeResult:
                 )
         tangent = ReducedTangent(reduction, given, held)
     found = run(reduction, given, z, method, held, tangent)
-    check_with_function(given.F, given.args, found)
+    jumps = given.options.get("breakpoints")
+    check_with_function(given.F, given.args, found, () if jumps is None else jumps)
     return found
 
 

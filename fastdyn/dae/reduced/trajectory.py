@@ -94,16 +94,19 @@ class Solution:
     reduced : Differentiated
     states : OdeSolution
         The solution of the reduced state.
+    before : callable
+        The times at which the equations hold, for those of the states: before a breakpoint.
     """
 
-    def __init__(self, reduced, states):
+    def __init__(self, reduced, states, before):
         self._reduced = reduced
         self._states = states
+        self._before = before
         self.t_min = states.t_min
         self.t_max = states.t_max
 
     def __call__(self, t):
         t = np.asarray(t, float)
         x = self._states(np.atleast_1d(t))
-        y = components(self._reduced, np.atleast_1d(t), x, project=True)
+        y = components(self._reduced, self._before(np.atleast_1d(t)), x, project=True)
         return y[:, 0] if t.ndim == 0 else y

@@ -9,6 +9,7 @@ import numpy as np
 
 from fastdyn.compile import memory
 from fastdyn.compile.functions import GROWING
+from fastdyn.trace.graph.expressions import live
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -34,10 +35,13 @@ class Structure(NamedTuple):
     found : signature.Offsets
         Of the equations as they are given.
     system : Differentiated
+    differential : frozenset of int
+        The components whose derivatives occur in F.
     """
 
     found: Any
     system: Any
+    differential: frozenset
 
 
 _structures = memory.Table()  # by the keys of graphs
@@ -58,6 +62,8 @@ class Reduction:
         How often each equation is differentiated.
     freedom : int
         The number of states: so many components of a start are free.
+    differential : frozenset of int
+        The components whose derivatives occur in the function.
     pivots : tuple
         The pivots of the elimination in `motion`: see `eliminate`.
     """
@@ -68,7 +74,7 @@ class Reduction:
         if known is None:
             with GROWING:
                 known = _structures.put(key, _structure(whole), _size(whole))
-        found, system = known
+        found, system, self.differential = known
         self.index, self.differentiated = found.structural_index, found.equations.copy()
         self.freedom = found.freedom
         known = system.given._replace(values=whole.values, varied=whole.varied)
@@ -124,7 +130,9 @@ class Reduction:
 
 def _structure(whole):
     found = offsets(signature(whole), whole.rows, whole.columns)
-    return Structure(found, _smallest(whole))
+    n = whole.n
+    rates = {node.data - n for node in live(whole.outputs) if node.op == "y" and node.data >= n}
+    return Structure(found, _smallest(whole), frozenset(rates))
 
 
 def _size(whole):

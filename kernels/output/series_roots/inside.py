@@ -162,7 +162,7 @@ def note_inside(s, o, events, i, d, t, meets, end, scratch):
         n = _points(e, d, t, s.t_old, h, points, scratch)
         changes = _changes(points, n, 0.0, False)
         if _has_zeros(points, n):
-            return _note_edges(s, o, events, i, d, points, n, t, meets, end, scratch)
+            return _note_edges(s, o, events, i, d, (points, n), t, meets, end, scratch)
     if changes <= 1:
         if changes_sign(e):
             root = root_in(e, d, s.t_old, t, s.t_old, h, scratch)
@@ -210,11 +210,12 @@ def _has_zeros(points, n):
 
 
 @njit(**INTERNAL)
-def _note_edges(s, o, events, i, d, points, n, t, meets, end, scratch):
+def _note_edges(s, o, events, i, d, looked, t, meets, end, scratch):
     """Note the occurrences of event i with zeros as `_has_zeros` says; return the end of the notes.
 
-    Only the first if the event changes the state.
+    Only the first if the event changes the state.  `looked` are the points and their number.
     """
+    points, n = looked
     e = events.table[i]
     t_old = s.t_old
     h = s.t - t_old
