@@ -106,7 +106,9 @@ class Equation:
             equations, t_span, before.y0, method, t_eval, True, events, False, longer, options
         )
         method = validate.method_named(method)
-        self.problem = _with_events(validate.problem(asked, method, DERIVATIVE), before.n)
+        problem = validate.problem(asked, method, DERIVATIVE)
+        problem = problem._replace(ends_at_switches=True)  # of SciPy's methods, too
+        self.problem = _with_events(problem, before.n)
         self.dense_output = dense_output
         self.directions = None
         if asked.sensitivity is not None:

@@ -139,7 +139,17 @@ def _feldstein_solution(t):
     return [t if t <= e else np.exp(t / e) if t <= e**2 else (e / (3 - np.log(t))) ** e]
 
 
+def _paul_solution(t):
+    """By the explicit pieces; y jumps at t = 2, and y' where y = 2."""
+    if t <= 4:
+        return [t / 2 if t >= 2 else 0.5]
+    if t <= 4 + 2 * np.log(2):
+        return [2 * np.exp(t / 2 - 2)]
+    return [4 - 2 * np.log(5 + 2 * np.log(2) - t)]
+
+
 OF_THE_STATE = (
+    Published("Paul", lambda t, y, past: past(y[0]), 2.0, 5.5, _paul_solution),
     Published("Neves", _neves, 1.0, 5.0, _neves_solution, history=[1.0]),
     Published("Feldstein and Neves", _feldstein, 1.0, 10.0, _feldstein_solution, history=[1.0]),
 )
