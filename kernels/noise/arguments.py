@@ -32,9 +32,9 @@ N_ROWS = 11
 
 # Rows of `scratch` for each event: g and its variance at the start of the next step; whether the
 # last step has a passage; then g at its start and at its end, normal numbers for the time of the
-# passage, and its share of the step.
-BEFORE, VARIANCE, HIT, START, AFTER, FIRST, SECOND, THIRD, AT = range(9)
-N_SCRATCH = 9
+# passage, its share of the step, and what moves the state there.
+BEFORE, VARIANCE, HIT, START, AFTER, FIRST, SECOND, THIRD, AT, FACTOR = range(10)
+N_SCRATCH = 10
 
 # What a number serves, in the upper bits of the word of the source; from HALF on, the level of
 # halves.

@@ -41,7 +41,7 @@ def _around(plan, drift, columns, along, events, forms, width):
     look = passages.in_turn([passages.passage(*each) for each in watched])
     settle = passages.settled(plan.terminal) if watched else None
     ends = [each for each, ends in zip(watched, plan.terminal, strict=True) if ends]
-    leave = passages.ends_in_turn([passages.end(*each) for each in ends])
+    leave = passages.ends_in_turn([passages.end(*each, forms[0] is None) for each in ends])
     step = getattr(steps, method.step)(functions)
     return loop.kernel(step, start, forms, width, method.areas, look, settle, leave)
 

@@ -24,6 +24,7 @@ from .arguments import (
     AFTER,
     AT,
     BEFORE,
+    FACTOR,
     FIRST,
     HALF,
     HIT,
@@ -155,24 +156,35 @@ def passage(number, spread, event, lanes):
     return look
 
 
-def end(number, spread, event, lanes):
+def _number_of(event):
+    @njit(**INLINED)
+    def number(scratch, row):
+        return scratch[N_SCRATCH * event + row, 0]
+
+    return number
+
+
+def end(number, spread, event, lanes, in_rows):
     """``leave(new, old, i, ...)``: the paths that an event has ended in step i, at their passages.
 
     On a path from `old` to `new`, the state is that of the straight line, moved along the noise
-    until g = 0, and by the noise of the bridge that leaves g as it is.
+    until g = 0, and by the noise of the bridge that leaves g as it is.  `in_rows` tells whether
+    states are rows of numbers, one path at a time.
     """
     use = (HALF + MOST_LEVELS + USES * event + 2) << SOURCE_BITS
-    row_of, _ = _rows(event, lanes)
+    row_of, put = _rows(event, lanes)
+    of_component = _number_of(event) if in_rows else row_of
     moved_by = _moved_by(spread)
 
     @njit(**INLINED)
     def leave(new, old, i, r, path, block, form, of_noise, work, places):
         scratch = places.scratch
         t = r.t0 + i * r.h
-        ended = row_of(scratch, HIT)
+        ended = of_component(scratch, HIT)
         start = row_of(scratch, START)
         share = row_of(scratch, AT)
-        new = apply(_reached, (slot(form, work, OUT),), (ended, share), (old, new))[0]
+        way = ended, of_component(scratch, AT)
+        new = apply(_reached, (slot(form, work, OUT),), way, (old, new))[0]
         if spread is not None:
             level = start + share * (row_of(scratch, AFTER) - start)
             apart = np.sqrt(share * (1.0 - share))
@@ -189,9 +201,9 @@ def end(number, spread, event, lanes):
                 moved = moved_by(source, t, old, block, form, of_noise, work, places)
                 change = number(t, moved, block) - start
                 z, _ = normals(lanes, r.key, path, i, use + source)
-                factor = apart * z - change * (apart * along + level) / safe
-                place = slot(form, work, OUT)
-                new = apply(_pushed, (place,), (ended, factor), (new, old, moved))[0]
+                put(scratch, FACTOR, apart * z - change * (apart * along + level) / safe)
+                way = ended, of_component(scratch, FACTOR)
+                new = apply(_pushed, (slot(form, work, OUT),), way, (new, old, moved))[0]
         return new
 
     return leave
