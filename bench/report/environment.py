@@ -8,7 +8,7 @@ from importlib import metadata
 
 LIBRARIES = (
     "numba", "numpy", "scipy", "CyRK", "numbalsoda", "heyoka", "diffrax", "jax", "scikit-sundae",
-    "rebound",
+    "rebound", "sdeint", "jitcsde",
 )  # fmt: skip
 
 
