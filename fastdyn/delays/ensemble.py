@@ -12,7 +12,7 @@ import numpy as np
 from fastdyn.ensemble.labels import Label, argument_names
 from fastdyn.ensemble.results import Results
 from fastdyn.ensemble.solve import progress_bar
-from fastdyn.ensemble.threads import n_processors, work_off
+from fastdyn.ensemble.threads import number_of, work_off
 from fastdyn.ensemble.trajectories import Trajectories
 from fastdyn.kernels.state.record import EVENT, FINISHED, INTERRUPTED, RAISED, STEP_TOO_SMALL
 from fastdyn.problem import validate
@@ -101,8 +101,7 @@ def solve_dde_ensemble(
     """
     for name in REFUSED.keys() & options.keys():
         raise TypeError(f"`solve_dde_ensemble` takes no `{name}`: {REFUSED[name]}")
-    if threads is not None and threads < 1:
-        raise ValueError(f"`threads` must be at least 1; got {threads}.")
+    n_threads = number_of(threads)
     histories, states = _histories(history)
     members = Members(states, validate.extra_arguments(args))
     if histories is not None and len(histories) not in (1, members.count):
@@ -114,7 +113,7 @@ def solve_dde_ensemble(
         fun, t_span, None, method, t_eval, False, events, members.first, delays, jumps, options
     )
     ensemble = _Ensemble(given, members, histories)
-    return ensemble.solved(ensemble.prepared(), threads, progress)
+    return ensemble.solved(ensemble.prepared(), n_threads, progress)
 
 
 def _histories(history):
@@ -162,8 +161,8 @@ class _Ensemble:
                 errors.append(error)
         raise errors[0]
 
-    def solved(self, solver, threads, progress):
-        """The DelayTrajectories, by solvers on threads."""
+    def solved(self, solver, most, progress):
+        """The DelayTrajectories, by solvers on at most so many threads."""
         members = self._members
         p = solver.problem
         members.n = len(p.y0)
@@ -171,7 +170,7 @@ class _Ensemble:
         n_times = 0 if p.t_eval is None else len(p.t_eval)
         results = Results(members.count, members.n, n_times, 0, False, True)
         self.facts = facts = DelayFacts(self._given.fun, members.count)
-        n_threads = min(threads or n_processors(), members.count)
+        n_threads = min(most, members.count)
         solvers = [solver]
         while len(solvers) < n_threads and not solver.in_python:  # Python runs one at a time
             solvers.append(copy.copy(solver))

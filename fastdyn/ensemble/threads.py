@@ -46,15 +46,20 @@ def n_processors():
         return os.cpu_count() or 1
 
 
+def number_of(threads):
+    """The number of threads that the argument `threads` asks for; None: all processors."""
+    if threads is not None and threads < 1:
+        raise ValueError(f"`threads` must be at least 1; got {threads}.")
+    return int(threads or n_processors())
+
+
 def solve_here(ensemble, results, threads, bar):
     """Solve an ensemble on the threads of this process."""
     members = ensemble.members
     problem = ensemble.problem
     vector = ensemble.vector
     width = vector.width if vector else 1
-    if threads is not None and threads < 1:
-        raise ValueError(f"`threads` must be at least 1; got {threads}.")
-    n_workers = max(1, min(int(threads or n_processors()), -(-members.count // width)))
+    n_workers = max(1, min(number_of(threads), -(-members.count // width)))
     folds = reductions.folds(ensemble.wanted)
     workers = [Worker(problem, members, vector, results, folds) for _ in range(n_workers)]
     in_python = any(bound.callback is not None for bound in workers[0].bounds)

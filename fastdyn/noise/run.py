@@ -13,7 +13,7 @@ from fastdyn import code_store
 from fastdyn.compile.compare import compare_along
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.sentences import GaveUp
-from fastdyn.ensemble.threads import LOOK, n_processors
+from fastdyn.ensemble.threads import LOOK
 from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
 from fastdyn.kernels.noise.arguments import N_ROWS, N_SCRATCH, RUN, Places, rows_of_noise
 from fastdyn.run.functions.interruptible import Interruptible
@@ -160,10 +160,3 @@ class Runner:
         for bound in self._kernel.bounds:
             if bound.function is not None and states:
                 compare_along(bound, [t] * len(states), states)
-
-
-def threads(asked):
-    """The number of threads to use."""
-    if asked is not None and asked < 1:
-        raise ValueError(f"`threads` must be at least 1; got {asked}.")
-    return int(asked or n_processors())

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from fastdyn.compile.bind import or_in_python
+from fastdyn.ensemble.threads import number_of
 from fastdyn.kernels.noise.arguments import KEEPS, KICK
 from fastdyn.problem.validate import extra_arguments, function, initial_state, time_span
 from fastdyn.words import kinds
@@ -19,7 +20,7 @@ from .paths import Paths, Solved, Taken
 from .plan import NoDerivative, Plan, bound_functions, kernel_of, method_for, near_of, noise_of
 from .pulses import warn_of_pulses
 from .reductions import stacked, wanted
-from .run import Runner, threads
+from .run import Runner
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -304,7 +305,7 @@ def _asked(t_span, y0, args, progress, **options):
     key = int(np.random.default_rng(rng).integers(KEYS, dtype=np.uint64, endpoint=False))
     return Asked(
         steps, y0, single, n_paths, extra_arguments(args), times, passages_of(events),
-        wanted(reduce), key, threads(n_threads), progress, events is not None,
+        wanted(reduce), key, number_of(n_threads), progress, events is not None,
     )  # fmt: skip
 
 
