@@ -141,3 +141,29 @@ def test_gradients_by_samples_again(method):
         assert run.vjp(np.array([[1.0]]))["u"] == pytest.approx(
             right, abs=1e-6 if method == "RK45" else 1e-9
         )
+
+
+@pytest.mark.parametrize("method", ["RK45", "LSODA"])
+@pytest.mark.parametrize("watched", [False, True])
+def test_a_warning_changes_no_steps(method, watched):
+    """Solves behind the one that warned have its steps, and look no more for what was told."""
+    line = 20 + 2 * len(method) + watched
+    source, u = INPUTS["held"], np.random.default_rng(0).normal(size=20)
+
+    def fun(t, y, u):
+        return [source(t, u) - y[0], y[0]]
+
+    fun = types.FunctionType(
+        fun.__code__.replace(co_firstlineno=line), globals(), "fun", None, fun.__closure__
+    )
+    given = {"args": (u,), "rtol": 1e-3}
+    if watched:
+        given["events"] = lambda t, y, u: y[0] - 10.0 - source(t, u)
+    elif method == "RK45":
+        given["adjoint"] = "u"
+    with pytest.warns(SwitchingWarning):
+        solver = prepare(fun, (0, 1), [1.0, 0.5], method=method, **given)
+        first = solver()
+    for _ in range(6):
+        for run in (solver(), solve_ivp(fun, (0, 1), [1.0, 0.5], method, **given)):
+            assert np.array_equal(run.t, first.t) and np.array_equal(run.y, first.y)

@@ -58,23 +58,20 @@ def switching_of(problem, bound, others=(), python_between=False):
     if not compiled and p.method.error_order and not len(p.segments) and untold(bound, len(p.y0)):
         warn(UNKNOWN % getattr(bound.held.fun, "__name__", "fun"), SwitchingWarning)
     by = p.differentiated if p.method.error_order and not n_pair else ()
-    if compiled and (ends or place_told(bound, p.method) not in _notes_of(bound)):
+    if compiled:
         for place, each in enumerate(own):
             parts.append((place, each, switches_of(each, held, by if ends else ())))
     if by and not ends:
         hidden.append((0, bound, switches_of(bound, (), by)))
     for place, each in enumerate(others[: len(p.events or ())], 1 + n_pair):
-        if p.method.error_order:
-            hidden.append((place, each, switches_of(each, held)))
-        elif each.function is not None and place_told(each, p.method) not in _notes_of(each):
-            parts.append((place, each, switches_of(each, held)))  # constant steps end nowhere else
+        listed = hidden if p.method.error_order else parts  # constant steps end nowhere else
+        listed.append((place, each, switches_of(each, held)))
     parts, hidden = (
         [Timed(*each, sharp) for each in listed if each[2] is not None]
         for listed, sharp in ((parts, not ends), (hidden, False))
     )
-    if not (parts or hidden):
-        return None
-    return Switching(bound, parts, hidden, p, python_between)
+    switching = Switching(bound, parts, hidden, p, python_between) if parts or hidden else None
+    return switching if hidden or (switching and switching.parts) else None
 
 
 def _tell_unseen(problem, place, bound):
@@ -131,14 +128,18 @@ class Switching:
         self.ends = p.ends_at_switches
         self._bound = bound
         self._method = p.method
+        self._told = {each: (_notes_of(each.bound), place_told(each.bound, p.method))
+                      for each in parts}  # fmt: skip
+        self._last: Any = None
+        self._kept: dict = {}  # the last ones
+        self._sought: Any = ()  # pairs of a Timed and its Times
+        self._forget_told()
         self._asked = p.segments
         self.changes = NO_TIMES
         n_own = max(1, len(bound.pair))
         events = any(each.place >= n_own for each in parts)  # seen at the ends of steps alone
         self.looks = NO_TIMES if events else np.array(p.method.looks)
         self.decides = True  # whether those of the changes that steps look at are left out
-        self._last: Any = None
-        self._kept: dict = {}  # the last ones
         self.held = sorted({i for each in (*parts, *hidden) for i in each.switches.held})
         acts = p.acts or any(each.jump is not None for each in p.schedules)
         self.follows = (bool(self.held) and acts) or python_between
@@ -170,15 +171,17 @@ class Switching:
                 if len(self._kept) == MOST_KEPT:
                     self._kept.clear()
                 kept = self._segments(found, hidden, t0, tf, h_max, asked)
-                last = self._kept[key] = key, kept, self.changes, found, hidden, asked
+                pairs = list(zip(self.parts, found, strict=True))
+                last = self._kept[key] = key, kept, self.changes, pairs, hidden, asked
             self._last = last
-            self.changes = last[2]
+            self.changes, self._sought = last[2:4]
         return last[1]
 
     def _segments(self, found, hidden, t0, tf, h_max, asked):
         shown = found
         if not self.ends:
-            changes = _joined([each.t[each.sharp] for each in found])
+            pairs = zip(self.parts, found, strict=True)
+            changes = _joined([each.t[each.sharp] for part, each in pairs if self._asks(part)])
             several = len(changes) > 1  # a single change is seen behind it
             self.changes = (changes if tf > t0 else changes[::-1].copy()) if several else NO_TIMES
             known = _joined([each.t for each in found])
@@ -192,6 +195,18 @@ class Switching:
             h_max = min(h_max, float(np.diff(times).min()))
         times = times if not len(asked) else np.concatenate([times, asked[:-1, 2]])
         return segments_of_span(times, t0, tf), h_max
+
+    def _asks(self, part):
+        """Whether nobody was told yet that a step jumped over changes of a function."""
+        notes, place = self._told[part]
+        return place not in notes
+
+    def _forget_told(self):
+        """Look no more for jumps that were told; other times depend on no warning."""
+        self._last = None
+        self._kept.clear()
+        if not (self.ends or self.hidden):
+            self.parts = [each for each in self.parts if self._asks(each)]
 
     def follow(self, run):
         """Let the steps end at the times for the present values of parameters and components.
@@ -245,17 +260,18 @@ class Switching:
     def tell(self, record):
         """Warn, once a function and method, if a step jumped over changes; see `Output`."""
         i = int(record["jumped"][0])
-        if not i:
+        if not 0 < i < len(self.changes):  # later steps of a Stepper look no more
             return
         a, b = self.changes[i - 1 : i + 1].tolist()
-        found = zip(self.parts, self._last[3], strict=True)
-        own = (each.bound for each, times in found if a in times.t)
+        own = (each.bound for each, times in self._sought if a in times.t)
         bound = next(own, self._bound)  # a copy of a Stepper may have sought other times last
         place = place_told(bound, self._method)
         notes = _notes_of(bound)
-        if place in notes:
-            return
+        known = place in notes
         notes[place] = True
+        self._forget_told()
+        if known:
+            return
         fun = bound.held.fun
         shorter = f"step={abs(b - a):.2g}"
         if self._method.error_order:
