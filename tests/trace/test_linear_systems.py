@@ -8,9 +8,11 @@ import scipy.linalg
 
 import fastdyn
 from fastdyn.code_store import OFFERED
+from fastdyn.code_store.target import STRAIGHT
 from fastdyn.compile.bind import bind
 from fastdyn.compile.compare import machine_value
 from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.traced.code import Traced
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.algebra.padded.storage import leading, length
 from fastdyn.trace.functions.linear_systems import _blocks
@@ -227,6 +229,19 @@ def of_parts(t, y):  # complex right-hand sides, several of them, a known matrix
 
 def inverted(t, y):
     return np.linalg.inv(np.outer(y, np.sin(y)) + 3 * np.eye(len(y))) @ y
+
+
+def test_all_that_is_written_out_is_optimised():
+    """Code that is not takes more time than the loop over larger matrices: eight full rows."""
+    numbers = np.random.default_rng(8).standard_normal((8, 8))
+    places = np.add.outer(range(8), range(8)) % 8
+
+    def full(t, y):
+        return np.linalg.solve(numbers * (1.0 + 0.1 * y[places]), -y)
+
+    text = Traced(trace(full, (), 8, (8,)), DERIVATIVE, 8).text("f")
+    assert FACTORS not in text
+    assert max(part.count("\n") for part in text.split("\ndefine ")) < STRAIGHT
 
 
 FUNCTIONS = [symmetric, unsymmetric, of_parts, inverted]
