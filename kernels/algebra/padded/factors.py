@@ -5,7 +5,7 @@ row of U, are left out, so that a band or an envelope costs what its elements co
 """
 
 from ...jit.options import INLINED, INTERNAL, njit
-from ...state.rows import after, keep_vector, vector_at
+from ...state.rows import after, keep_vector, scratch, vector_at
 from ...vector.scalar_or_vector import select
 from .columns import FORM, WIDTH, block_of, lanes_from, leading, subtract
 from .storage import SCALED, SYMMETRIC
@@ -16,6 +16,7 @@ SMALLEST = 2.0**-1022  # the reciprocal of a smaller pivot overflows
 # the pivot, and the matrix be singular: elimination with exchanges, which is LAPACK's, decides.
 SURE = 1e-12
 BY_DIAGONAL = -1.0  # stands as the first pivot of L D L'
+LARGEST = scratch(WIDTH)
 BY_ROWS = -2.0  # minus the first pivot, stands in its place where rows are scaled
 
 
@@ -82,15 +83,22 @@ def _with_exchanges(a, pivots, n, floor):
 @njit(**INLINED)
 def _pivot(column, k, n):
     """The first row from k on with the largest absolute value of a column, and this value."""
-    below = after(column, k)
-    p = 0
-    largest = abs(below[0])
-    for i in range(1, n - k):
-        size = abs(after(below, i)[0])
-        if size > largest:
-            p = i
-            largest = size
-    return k + p, largest
+    at = block_of(k)
+    size = abs(vector_at(FORM, column, at))
+    most = select(lanes_from(k) & (size > 0.0), size, 0.0)  # NaN is not larger
+    for i in range(at + WIDTH, n, WIDTH):
+        size = abs(vector_at(FORM, column, i))
+        most = select(size > most, size, most)
+    lanes = LARGEST()
+    keep_vector(FORM, lanes, 0, most)
+    largest = max(max(lanes[0], lanes[1]), max(lanes[2], lanes[3]))
+    own = abs(after(column, k)[0])
+    if not largest > own:
+        return k, own
+    p = k + 1
+    while abs(after(column, p)[0]) != largest:
+        p += 1
+    return p, largest
 
 
 @njit(**INLINED)
