@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from fastdyn import SwitchingWarning, prepare, solve_ivp
 from fastdyn.run.functions import deciding
-from fastdyn.trace.switching import decided
+from fastdyn.trace.switching import decided, straight_lines
 from fastdyn.trace.switching.switches import Switches
 
 KNOTS = np.linspace(0.0, 1.0, 21)
@@ -167,3 +167,15 @@ def test_a_warning_changes_no_steps(method, watched):
     for _ in range(6):
         for run in (solver(), solve_ivp(fun, (0, 1), [1.0, 0.5], method, **given)):
             assert np.array_equal(run.t, first.t) and np.array_equal(run.y, first.y)
+
+
+def test_long_tables_are_searched_as_short_ones(monkeypatch):
+    weight = np.arange(21.0)
+    listed = straight_lines.Knots(KNOTS, weight)
+    monkeypatch.setattr(straight_lines, "MOST_LISTED", 4)
+    in_place = straight_lines.Knots(KNOTS, weight)
+    for span in ((0.0, 1.0), (0.05, 0.3), (0.06, 0.07), (-1.0, 0.0), (1.5, 2.0)):
+        inside = (KNOTS >= span[0]) & (KNOTS <= span[1])
+        for own in (listed, in_place):
+            t, found = own.within(*span, 100)
+            assert np.array_equal(t, KNOTS[inside]) and np.array_equal(found, weight[inside])

@@ -18,6 +18,7 @@ from .decided import FAR, ROUNDINGS, Candidates
 
 NO_MEMBERS = np.empty(0, int)
 NO_TIMES = np.empty(0)
+MOST_LISTED = 2**12
 LINE, STEPS, OTHER = range(3)  # kinds of expressions; STEPS are constant between switching times
 PHASE = {"sin": 0.5, "cos": 0.0, "tan": 0.5}  # whole numbers of x / pi + PHASE are turns
 
@@ -51,7 +52,8 @@ class Knots:
     def __init__(self, t, weight):
         self._t = t
         self._weight = weight
-        self._listed = t.tolist()  # in which a search takes a fifth of that in an array
+        # a search takes a fifth of that in an array, and a number four times the memory
+        self._listed = t.tolist() if len(t) <= MOST_LISTED else t
         self.gap = float((t[1:] - t[:-1]).min(initial=math.inf))
 
     def within(self, first, last, most):
