@@ -30,7 +30,7 @@ from .history import History
 from .past import Past
 from .points import Delays, delays_of, shorter_than_steps
 from .run import DelayRun
-from .sensitive import NEUTRAL, asked_directions, solved_in_parts
+from .sensitive import BOTH, NEUTRAL, OF_NEUTRAL, asked_directions, solved_in_parts
 
 # Methods whose interpolant has the order of the method less one at least, and two for stiff
 # equations; the interpolant of Radau has the order of its error estimate, 3.
@@ -45,11 +45,6 @@ OPTIONS = (
 PRECISE = 1e-6  # relative tolerance below which "auto" takes the higher order
 VANISHING = 1e-9  # share of the time below which a delay is zero: steps are not as short
 NUMBERS = {float, int, bool}
-BOTH = (
-    "`sensitivity` and `{}` do not go together in a delay equation: the jumps come back at times "
-    "that vary with the directions."
-)
-
 KINDS = {  # of the arguments of `solve_dde` and `prepare_dde`
     "fun": kinds.function_of("(t, y, past)"), "t_eval": kinds.times, "delays": kinds.times,
     "jumps": kinds.times, "dense_output": kinds.flag,
@@ -115,11 +110,14 @@ class Equation:
             for name, jumping in (("on_event", _acts(self.problem)), ("jumps", jumps is not None)):
                 if jumping:
                     raise ValueError(BOTH.format(name))
+            if before.neutral:
+                raise ValueError(OF_NEUTRAL)
             self.directions = asked_directions(asked.sensitivity, fun, before, self.args)
         self._given = None if delays is None else np.unique(np.asarray(delays, float))
         self._own_jumps = [] if jumps is None else np.asarray(jumps, float).ravel().tolist()
         self.run: Any = None  # of the last solve without sensitivities
         self._known: Any = None
+        self._last: Any = None
         self._make: Any = None
         self._values: Any = None
         self._jumps: Any = None
@@ -151,6 +149,7 @@ class Equation:
 
     def _solved(self, run):
         """The result of a Run that follows the jumps of its solution."""
+        self._last = run  # whose memory `past` reads, also behind the steps
         p = run.problem
         self._known = known = self._delays(run)
         delays = known.constant
@@ -184,7 +183,8 @@ class Equation:
     def _begun(self, run, problem, known):
         """The arguments of `DelayRun.begin_with`."""
         looks = _looks(problem, known)
-        longest = None if self.dense_output else self._longest(run, known)
+        keeps = self.dense_output or (self.directions is not None and problem.events is not None)
+        longest = None if keeps else self._longest(run, known)
         return problem, known, self._starts, looks, self._slope, longest
 
     def _longest(self, run, known):

@@ -48,6 +48,8 @@ def _on_symbols(laid_out, t, now, n, order=0):
     if time.kind == "c" or time.many:
         refuse("a past at several times at once: ask for one time after the other")
     first = g.node(int(laid_out.ids.reshape(-1)[0]))
+    if first.op != "par":  # the second trial of a trace, whose numbers are constants
+        refuse("a past in code whose arguments are constants")
     node = g.make("past", (time.node, first, symbol(g, now).node), (n, laid_out.ids.size, order))
     component = "of_slope" if order else "of_past"
     return symbol(g, [Symbol(g, g.make(component, (node,), i).key) for i in range(n)])

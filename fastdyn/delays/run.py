@@ -126,6 +126,8 @@ class DelayRun(Run):
         carried = Carried(problem, known, starts)
         self.take(carried.taken(problem))
         self.carried = carried if problem.acts else None
+        if not carried.whole and looks & words.GROWN:  # jumps may be within steps
+            looks = looks & ~words.GROWN | words.RESIDUALS
         self.laid_out = problem.args[0]
         self._whole = self.laid_out.view(np.int64)
         self._first_slope = slope

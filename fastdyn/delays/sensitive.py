@@ -6,6 +6,7 @@ from fastdyn.compile.callables import Uncompilable
 from fastdyn.compile.derivatives.sensitivities import decides
 from fastdyn.compile.functions import BASE
 from fastdyn.compile.sentences import GaveUp
+from fastdyn.problem.schedules import in_order
 from fastdyn.problem.sensitivities import (
     NEEDS,
     START,
@@ -14,7 +15,7 @@ from fastdyn.problem.sensitivities import (
     with_sensitivities,
 )
 from fastdyn.run.solve_problem import run_of
-from fastdyn.solve.sensitivities import parted
+from fastdyn.solve.sensitivities import at_events, parted
 from fastdyn.trace.graph.expressions import live
 
 from .past import history_of
@@ -24,6 +25,15 @@ from .run import DelayRun
 # Tsit5's derivative of order 3 is 80 tolerances off at 1e-9 where these are one.
 NEUTRAL = ("Vern7", "Vern9")
 HISTORY = "history"  # the name of a constant history among the directions
+DIFFERENCES = "Take differences of two solves by `prepare_dde`, at tight tolerances."
+BOTH = (
+    "`sensitivity` and `{}` do not go together in a delay equation: the jumps come back at times "
+    "that vary with the directions. " + DIFFERENCES
+)
+OF_NEUTRAL = (
+    "`sensitivity` is not computed for neutral equations (`past.derivative`), whose derivatives "
+    "jump throughout the span. " + DIFFERENCES
+)
 
 
 class VariationalPast(Variational):
@@ -85,13 +95,30 @@ def _longer(problem, history, directions):
     (own, *_) = run.bounds
     nodes = live(own.function.traced.stored)
     if any(n.op == "past" and n.data[2] for n in live(own.function.notes[BASE].traced.stored)):
-        raise ValueError("`sensitivity` is not computed for neutral equations (`past.derivative`).")
+        raise ValueError(OF_NEUTRAL)
     if p.method.name not in NEUTRAL and any(n.op == "past" and n.data[2] for n in nodes):
         raise ValueError(
             f"`method={p.method.name!r}`: derivatives by a delay read those of the past; choose "
             f"from auto, {', '.join(NEUTRAL)}, whose interpolants have precise derivatives."
         )
     return run
+
+
+def _at_events(problem, history, whole, directions):
+    """The EventSensitivities; None for an event whose function reads the past."""
+    p = problem
+    found = at_events(p, whole, directions)
+    of_schedules = [None] * len(p.schedules)
+    functions = in_order([event.function for event in p.events or ()], p.schedules, of_schedules)
+    for i, function in enumerate(functions):
+        if function is None:
+            continue
+        with history.asked() as times:
+            for t, y in zip(whole["t_events"][i], whole["y_events"][i], strict=True):
+                function(t, y[: len(p.y0)].copy(), *p.args)
+        if times:
+            found[i] = None
+    return found
 
 
 def solved_in_parts(problem, history, directions, solved):
@@ -106,7 +133,10 @@ def solved_in_parts(problem, history, directions, solved):
         whole = solved(_longer(problem, history, directions))
     except (Uncompilable, GaveUp) as reason:
         raise ValueError(NEEDS.format("sensitivity", reason)) from None
+    at_times = _at_events(problem, history, whole, directions) if whole["t_events"] else None
     result = parted(whole, len(problem.y0), directions)
+    if at_times is not None:
+        result["event_sensitivity"] = at_times
     for name in ("delays", "jumps"):
         result[name] = whole[name]
     return result

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fastdyn import CompileWarning
-from fastdyn.delays import solve_dde
+from fastdyn.delays import points, solve_dde
 
 RTOL = 1e-6  # sums in another order change the step sizes, and states by a part of the tolerance
 OPTIONS = {"rtol": RTOL, "atol": 1e-8}
@@ -51,3 +51,43 @@ def test_many_reads_of_the_past_are_those_of_python():
         python = solve_dde(noted, (0, 4), start, args=(0.3,), delays=[0.5, 0.75, 1.0], **OPTIONS)
     np.testing.assert_allclose(traced.t, python.t, rtol=RTOL)
     np.testing.assert_allclose(traced.y, python.y, rtol=RTOL)
+
+
+def test_delays_of_an_array_in_a_loop_over_components():
+    """Times of the past that are numbers of rows, of an array from outside."""
+    n = 100
+    taus = np.random.default_rng(1).choice([0.5, 0.8, 1.1, 1.7, 2.3], n)
+    rates = np.linspace(0.8, 1.2, n)
+
+    def singly(t, y, past, k):
+        return [rates[i] + k * np.sin(past(t - taus[i])[i - 1] - y[i]) for i in range(n)]
+
+    def by_delay(t, y, past, k):
+        late = np.empty(n) * y
+        for tau in np.unique(taus):
+            late = np.where(taus == tau, np.roll(past(t - tau), 1), late)
+        return rates + k * np.sin(late - y)
+
+    start = np.linspace(0, 6, n)
+    one = solve_dde(singly, (0, 4), start, args=(0.3,), **OPTIONS)
+    other = solve_dde(by_delay, (0, 4), start, args=(0.3,), **OPTIONS)
+    assert one.delays.tolist() == other.delays.tolist() == [0.5, 0.8, 1.1, 1.7, 2.3]
+    np.testing.assert_allclose(one.y, other.y, rtol=10 * RTOL)
+
+
+def test_points_of_many_delays_are_bounded(monkeypatch):
+    """Thirty delays make 10^5 points to order 5; behind FEW, residuals are bounded instead."""
+    n = 30
+    taus = np.random.default_rng(2).uniform(0.5, 3.0, n)
+    rates = np.linspace(0.8, 1.2, n)
+
+    def fun(t, y, past, k):
+        return [rates[i] + k * np.sin(past(t - taus[i])[i - 1] - y[i]) for i in range(n)]
+
+    start = np.linspace(0, 6, n)
+    found = solve_dde(fun, (0, 4), start, "Tsit5", args=(0.9,), rtol=1e-6, atol=1e-6)
+    assert len(found.delays) == n and len(found.t) < 1000
+    monkeypatch.setattr(points, "FEW", 10**9)
+    whole = solve_dde(fun, (0, 4), start, "Tsit5", args=(0.9,), rtol=1e-6, atol=1e-6, max_step=9)
+    assert len(whole.t) > 2 * len(found.t)
+    assert np.abs(found.y[:, -1] - whole.y[:, -1]).max() < 10 * 1e-6 * 7  # y is below 7

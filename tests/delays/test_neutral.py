@@ -46,7 +46,7 @@ def test_jumps_of_the_derivative_stay(method):
 
 def test_other_delays_smooth_what_a_neutral_one_repeats():
     """Levels of jumps: a delay of 0.4 adds one, up to the order; one of 1 none."""
-    points = followed([0.0], (0.4, 1.0), 0.0, 3.0, 2, (1.0,))
+    points, _ = followed([0.0], (0.4, 1.0), 0.0, 3.0, 2, (1.0,))
     levels = {round(0.4 * k + m, 12) for k in range(3) for m in range(5)}
     assert points.round(12).tolist() == sorted(p for p in levels if 0 < p < 3)
 

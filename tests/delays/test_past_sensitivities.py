@@ -207,3 +207,42 @@ def test_wrong_derivatives_are_found_along_the_solution(monkeypatch):
 
     with pytest.raises(ValueError, match="derivative along a vector"):
         solve_dde(fun, (0, 4), [1.0], args=(0.7,), sensitivity=["rate", "history"])
+
+
+def level(t, y, past, a, tau):
+    return y[0] - 0.3 * a
+
+
+def meets(t, y, past, a, tau):
+    return y[0] - 0.5 * past(t - 1.0)[0]
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_times_of_events_have_derivatives(terminal):
+    """Beside differences; None for an event whose function reads the past, and moves with it."""
+    tight = {"rtol": 1e-11, "atol": 1e-12}
+
+    def crosses(t, y, past, a, tau):
+        return level(t, y, past, a, tau)
+
+    crosses.terminal = terminal
+    events = [crosses, meets]
+    given = decaying, (0, 6)
+    found = solve_dde(
+        *given, [1.0], args=(1.1, 0.7), events=events, sensitivity=["a", "tau", "history"], **tight
+    )
+    own, late = found.event_sensitivity
+    assert late is None and len(found.t_events[1]) > 0
+
+    def at(a, tau, start):
+        return solve_dde(*given, [start], args=(a, tau), events=events, **tight).t_events[0]
+
+    values = [1.1, 0.7, 1.0]
+    for i, name in enumerate(("a", "tau", "history")):
+
+        def solve(x, i=i):
+            return at(*[*values[:i], x, *values[i + 1 :]])
+
+        wanted, error = differences(solve, values[i], 1e-3)
+        assert (np.abs(own.t[name] - wanted) < error + 1e-7).all(), name
+    assert np.abs(own.y["a"][0] - 0.3).max() < 1e-9  # y is 0.3 a there
