@@ -8,12 +8,16 @@ import pytest
 
 from fastdyn.derive import Model, dot, i, j
 from fastdyn.derive.pages import PAGES, page
+from support import few
 
 EPS = np.finfo(float).eps
 TIGHT = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-12}
 NEW = (
     "double_pendulum", "triple_pendulum", "closed_chain", "four_bar", "spherical_pendulum",
     "heavy_top", "rolling_disc", "chaplygin_sleigh",
+)  # fmt: skip
+TWICE = (
+    "double_pendulum", "spherical_pendulum", "chaplygin_sleigh", "heavy_top", "rolling_disc",
 )  # fmt: skip
 
 
@@ -50,8 +54,7 @@ def frequencies(system, y):
     return np.sort(-np.real(values**2))[::2]
 
 
-@pytest.mark.few(2)
-@pytest.mark.parametrize("name", NEW)
+@pytest.mark.parametrize("name", few.hunts(NEW, "four_bar", "chaplygin_sleigh"))
 def test_motion_keeps_its_invariants_and_constraints(name):
     system = system_of(name)()
     run = system.solve((0.0, 3.0), project=True if system.constraints else None, **TIGHT)
@@ -62,9 +65,7 @@ def test_motion_keeps_its_invariants_and_constraints(name):
         assert np.abs(values).max() <= 1e-12
 
 
-@pytest.mark.few(1)
-@pytest.mark.parametrize("name", ["double_pendulum", "spherical_pendulum", "chaplygin_sleigh",
-                                  "heavy_top", "rolling_disc"])  # fmt: skip
+@pytest.mark.parametrize("name", few.hunts(TWICE, "spherical_pendulum"))
 def test_newton_and_lagrange_give_the_same_motion(name):
     newton, lagrange = system_of(name, "newton")(), system_of(name, "lagrange")()
     assert newton.derivation.law == "newton" and lagrange.derivation.law == "lagrange"

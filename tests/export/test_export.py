@@ -14,6 +14,7 @@ from fastdyn.trace.emit.source.files import Code, Named
 from fastdyn.trace.emit.source.functions import Exported, NotExported
 from fastdyn.trace.emit.source.language import LANGUAGES, helpers_of
 from fastdyn.trace.operations import OPERATIONS
+from support import few
 from support.source import COMPILED
 
 # glibc's and V8's elementary functions are within 1 ulp of the exact value, NumPy's within 4; the
@@ -190,7 +191,7 @@ def test_systems_and_their_jacobians(name, compiled):
         assert close(out, right, 1e-6 if call[0] == "jacobian" else ROUNDING), call
 
 
-@pytest.mark.parametrize("name", ["double_pendulum", "rolling_disc"])
+@pytest.mark.parametrize("name", few.hunts(["double_pendulum", "rolling_disc"], "double_pendulum"))
 def test_the_mass_matrix_of_a_derived_system(name, compiled):
     pytest.importorskip("sympy", reason="the extra `derive` is not installed")
     from fastdyn.derive.pages import page

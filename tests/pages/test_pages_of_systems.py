@@ -23,6 +23,7 @@ MOST_BYTES = 400_000
 
 
 @needs_node
+@pytest.mark.few(5)
 @pytest.mark.parametrize("name", systems.SYSTEMS)
 def test_a_page_solves_as_fastdyn_does(name, tmp_path):
     case = Case(name)

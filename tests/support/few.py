@@ -2,6 +2,8 @@
 
 import random
 
+import pytest
+
 
 def left_out(items, n=None):
     """The items of a test that are hunts: all but n, the same ones each time.
@@ -19,3 +21,8 @@ def left_out(items, n=None):
         found += [item] if of_item <= known else []
         known |= of_item
     return found
+
+
+def hunts(values, *each_run):
+    """The parameters of a test: `each_run` of them are in each run, the others are hunts."""
+    return [v if v in each_run else pytest.param(v, marks=pytest.mark.hunt) for v in values]

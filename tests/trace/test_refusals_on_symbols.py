@@ -77,7 +77,7 @@ CALLS = {
 MAY_REFUSE = {"series", "sensitivity", "series of an ensemble"}
 
 
-@pytest.mark.few(8)
+@pytest.mark.few(5)
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("name", CALLS)
 def test_no_refusal_leaves_a_public_function(name, monkeypatch, request):
