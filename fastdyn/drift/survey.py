@@ -140,14 +140,16 @@ class Survey:
         with Interruptible(callbacks):
             while status == RUNNING:
                 began = time.perf_counter()
+                worked = time.thread_time()
                 survey["advance"] = steps.address
                 survey["n"] = chunk
                 status = survey()
+                worked = time.thread_time() - worked
                 spent = time.perf_counter() - began
                 self.seconds += spent
                 if past.after_one():
                     compare_at(self.bounds, self.t, self.work[Y].copy())
-                steps.took(spent)
+                steps.took(worked)
                 chunk = next_chunk(chunk, spent)
                 if bar is not None:
                     bar.update(abs(self.t - p.t0) - bar.n)

@@ -1,7 +1,7 @@
 """The chunk loop: advance, grow the output, show progress, stop on Ctrl-C."""
 
 import struct
-from time import perf_counter
+from time import perf_counter, thread_time
 from typing import Any
 
 import numpy as np
@@ -219,14 +219,16 @@ class Run(LaidOut):
             if begun is None:
                 first = self.n_first()
                 began = perf_counter()
+                worked = thread_time()
                 status = self.begin(y0, first, self.compared.places())
+                if first:
+                    self.tier.record_time(thread_time() - worked)
                 spent = perf_counter() - began
             else:
                 status, first, spent = begun
+                self.tier.record_time(spent)
             if status in GOES_ON or self.watched:
                 status = self._go_on(status, first, spent)
-            elif first and self.tier.open:
-                self.tier.record_time(spent)
         except KeyboardInterrupt:
             if self.problem.on_interrupt != "return":
                 raise
@@ -299,7 +301,6 @@ class Run(LaidOut):
         tier = self.tier
         chunk = max(1, int(CHUNK_SECONDS / (spent * self.evaluations)))
         if n_steps:
-            tier.record_time(spent)
             chunk = next_chunk(n_steps, spent)
         if self.snapshots is None and self.compared.deciding:  # in a long run they cost nothing
             self.take_snapshots(self.compared.most_places)
@@ -328,9 +329,10 @@ class Run(LaidOut):
                 if follower is not None:
                     follower.follow(self)
                 began = perf_counter()
+                worked = thread_time()
                 status = self.step(n_steps)
+                tier.record_time(thread_time() - worked)
                 spent = perf_counter() - began
-                tier.record_time(spent)
                 before = done
                 done = int(state["n_accepted"][0])
                 if status == RUNNING:

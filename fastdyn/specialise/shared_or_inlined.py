@@ -64,7 +64,7 @@ class Tier:
             self.promote()
 
     def record_time(self, seconds):
-        """Add the time of a chunk, in seconds."""
+        """Add the time of a chunk, in seconds of this thread: not of what else the machine does."""
         if self.open:
             self._spent.seconds += seconds
 

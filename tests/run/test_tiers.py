@@ -1,5 +1,6 @@
 """The inlined kernel is made while the shared one works, and takes over with the same bits."""
 
+import itertools
 import os
 import random
 import subprocess
@@ -104,6 +105,17 @@ def test_a_function_of_a_moment_gets_no_kernel(monkeypatch):
     fun = motion()
     assert same(numbers(fun, compile="shared"), numbers(fun))
     assert same(numbers(fun, compile="shared"), numbers(fun))
+
+
+def test_the_time_that_others_take_of_the_processor_counts_for_nothing(monkeypatch):
+    """Between any two looks at the clock of the wall, other processes work for a minute."""
+    wall = itertools.count(step=60.0)
+    for place in ("loop", "ready"):
+        monkeypatch.setattr(f"fastdyn.run.{place}.perf_counter", wall.__next__, raising=False)
+    monkeypatch.setattr(shared_or_inlined, "FOR_LLVM", 30.0)
+    monkeypatch.setattr(background, "idle_job", None)
+    solver = prepare(motion(), (0, 30), START, rtol=1e-8, atol=1e-8, compile="auto")
+    assert all(same((r.t, r.y), (s.t, s.y)) for r, s in ((solver(), solver()) for _ in range(99)))
 
 
 def test_numba_is_not_asked_for_a_moment(at_once, monkeypatch):
