@@ -52,8 +52,8 @@ def at_once(monkeypatch):
 
 @pytest.fixture(scope="module", autouse=True)
 def what_all_functions_share():
-    for name in ("RK45", "Vern9"):
-        numbers(motion(), method=name, compile="inlined")
+    for name, tier in itertools.product(("RK45", "Vern9"), ("shared", "inlined")):
+        numbers(motion(), method=name, compile=tier)  # processes of these tests compile neither
 
 
 @pytest.fixture
