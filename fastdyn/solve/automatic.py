@@ -87,9 +87,12 @@ def _chosen(asked, slides):
 def _along_switches(asked, found):
     """The result of a solve whose solution slides along switches, by Filippov's average.
 
-    None if an option of the Arguments does not go together with modes, or if the solve fails: where
-    the solution reaches a point on several switches ever faster, say.
+    None if an option of the Arguments does not go together with modes, if no switch jumps beside
+    the solution, or if the solve fails: where the solution reaches a point on several switches ever
+    faster, say.
     """
+    if not found.chosen:
+        return None
     loose = asked
     asked = (_tightened(asked) if _rtol(asked) > LOOSE else None) or asked
     of_modes = longer(asked, found.of, found.chosen)

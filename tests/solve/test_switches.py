@@ -294,3 +294,12 @@ def test_many_conditions_are_left_to_the_pair(monkeypatch):
     u0 = np.where(np.arange(20) < 5, 1.0, 0.0)
     run = solve_ivp(advected, (0, 1), u0, "auto")
     assert run.status == 0 and asked == ["Tsit5"]
+
+
+def test_a_switch_beside_which_nothing_jumps_is_left_to_the_steps(monkeypatch):
+    """Rates that point at a switch from both sides may differ by rounding alone."""
+    monkeypatch.setattr("fastdyn.run.stiffness.jumping", lambda of, t, y: [])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fastdyn.StiffnessWarning)
+        run = solve_ivp(relay, (0, 1.5), [1.0], "auto", rtol=1e-4)
+    assert run.status == 0 and abs(run.y[0, -1]) < 1e-3

@@ -301,3 +301,16 @@ def test_events_that_switch_beside_equations_in_python():
 
     run = solve_ivp(fun, (0, 10), [0.0], "RK45", events=crossed)
     assert run.t_events[0] == pytest.approx([5.0])
+
+
+@pytest.mark.parametrize(
+    "rest",
+    [lambda t, y: 0 * y[1], lambda t, y: -(0.0 * t), lambda t, y: y[1] - y[1],
+     lambda t, y: np.sin(0 * y[1]), lambda t, y: 0 * y[1] / 3.0 + y[0] * 0.0,
+     lambda t, y: np.where(y[0] > 5.0, 0.0 * t, 0 * y[1])],
+)  # fmt: skip
+@pytest.mark.parametrize("method", ["Tsit5", "Vern9", "Rodas5P"])
+def test_a_component_at_rest_may_be_spelled_in_many_ways(method, rest):
+    """Its value is the start of a pulse."""
+    run = solve_ivp(lambda t, y: [pulse(t, y[1]), rest(t, y)], (0, 10), [0.0, 5.0], method)
+    assert run.y[0, -1] == pytest.approx(0.2, rel=1e-9)

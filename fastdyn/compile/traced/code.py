@@ -97,10 +97,10 @@ class Traced:
         """The Switches of the function; None if it does not switch with the time alone."""
         return self.switches_by(())
 
-    @property
+    @functools.cached_property
     def held(self):
         """The components of the state that do not change, if the results are its derivatives."""
-        return held_components(self.stored)
+        return () if self.in_batches else held_components(self.trace.graph, self.stored)
 
     def switches_by(self, slots, held=()):
         """The Switches of the function and of its derivatives by the parameters at slots.

@@ -13,7 +13,7 @@ where equal pieces of a table meet, the derivatives by the pieces jump.
 
 import numpy as np
 
-from ..graph.expressions import live
+from ..graph.expressions import is_zero, live
 from ..graph.switches import forced
 from ..graph.values import ranges_of
 from . import divisions
@@ -195,6 +195,28 @@ def switches(graph, outputs, differentiated=(), held=()):
     return Switches(graph, timed, seen, switching, differentiated, slots)
 
 
-def held_components(outputs):
-    """The components of the state whose derivatives, the outputs, are zero."""
-    return tuple([i for i, node in enumerate(outputs) if node.op == "const" and node.data == 0.0])
+def held_components(graph, outputs):
+    """The components of the state whose derivatives, the outputs, are zero where they are finite.
+
+    ``0 * y`` and ``y - y`` are NaN where y is not finite, and then the solve ends.
+    """
+    new = {}
+    nodes = live(outputs)
+    for node in nodes if any(_vanishes(node, node.args) for node in nodes) else ():
+        args = [new[a.key] for a in node.args]
+        if _vanishes(node, args):
+            new[node.key] = graph.const(0.0)
+        elif all(a is b for a, b in zip(args, node.args, strict=True)):
+            new[node.key] = node
+        else:
+            new[node.key] = graph.call(node.op, *args, data=node.data)
+    return tuple([i for i, node in enumerate(outputs) if is_zero(new.get(node.key, node))])
+
+
+def _vanishes(node, args):
+    """Whether an operation on these operands is zero where they are finite."""
+    if node.op == "sub":
+        return args[0] is args[1]
+    if node.op == "mul":
+        return is_zero(args[0]) or is_zero(args[1])
+    return node.op == "div" and is_zero(args[0])
