@@ -103,6 +103,7 @@ def test_what_blows_up_and_what_does_not_settle():
     assert wandering.undecided == 1.0 and not wandering.attractors
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(
     "fun",
     [

@@ -70,7 +70,7 @@ TOLD = {  # what a command prints, and what it is in the answer
 }  # fmt: skip
 
 
-@pytest.mark.few(5)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_the_command_of_an_exercise_prints_its_answer(name, capsys):
     for number, one in enumerate(exercises(name)):

@@ -102,7 +102,7 @@ def same_times(a, b):
 low.terminal = False
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     "options",
     [

@@ -73,6 +73,7 @@ def test_scale_alone_makes_no_matrix_singular():
         assert q == 2.0 and r == pytest.approx(2.0 * size, rel=4 * EPS)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("n, k", [(1, 1), (2, 1), (3, 2), (5, 3), (4, 4)])
 def test_constrained_solves_newtons_law_with_reactions(n, k):
     rng = np.random.default_rng(10 * n + k)

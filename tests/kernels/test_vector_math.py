@@ -118,7 +118,7 @@ def outstanding(x):
     return np.where((x == 0) | ~np.isfinite(x), x, np.copysign(1.0, x))
 
 
-@pytest.mark.few(9)
+@pytest.mark.few(5)
 @over_functions
 def test_a_function_is_exact_to_two_ulp(function, exact, numpys, columns):
     found = [*errors(vectors(function, *columns), exact, columns)]
@@ -126,7 +126,7 @@ def test_a_function_is_exact_to_two_ulp(function, exact, numpys, columns):
     assert max(found) <= 2
 
 
-@pytest.mark.few(16)
+@pytest.mark.few(8)
 @over_functions
 def test_zeros_infinities_and_nan_come_out_as_from_numpy(function, exact, numpys, columns):
     columns = [np.array(SPECIAL)] if len(columns) == 1 else PAIRS
@@ -135,7 +135,7 @@ def test_zeros_infinities_and_nan_come_out_as_from_numpy(function, exact, numpys
         assert same(outstanding(found), outstanding(numpys(*columns)))
 
 
-@pytest.mark.few(9)
+@pytest.mark.few(5)
 @over_functions
 def test_a_lane_depends_neither_on_the_others_nor_on_the_width(function, exact, numpys, columns):
     found = vectors(function, *columns)

@@ -13,7 +13,7 @@ def drains(t, y):
     return [-np.sqrt(y[0]) if y[0] > 0.3 else -np.sqrt(y[0] - 0.29999), 1.0]
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(4)
 @pytest.mark.filterwarnings("ignore:invalid value")
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6])
 @pytest.mark.parametrize("method", METHODS)

@@ -37,6 +37,7 @@ def solved(method, paths=37, refine=1, **options):
     return solve(*functions, (0, 2), [1.0, 0.2], **options)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("method", PROBLEMS)
 def test_the_bits_of_a_path_depend_on_nothing_else(method, monkeypatch):
     whole = solved(method, t_eval=np.arange(33) / 16)

@@ -57,7 +57,7 @@ def test_a_gif_takes_the_time_that_it_says(tmp_path):
     assert sum(shown) == pytest.approx(500, abs=40)
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_every_system_moves_inside_its_frame(name, tmp_path):
     run = moving_run(name)

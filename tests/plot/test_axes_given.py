@@ -19,6 +19,7 @@ def grid():
     plt.close(figure)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_systems(grid, name):
     figure, (left, right) = grid

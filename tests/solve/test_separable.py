@@ -56,6 +56,7 @@ def test_quadratic_t_gives_what_solve_second_order_gives(name):
     assert np.array_equal(pair.sol(7.77), alone.sol(7.77))
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", ["VelocityVerlet", "KahanLi8", "Gauss16", "RK45", "RK4"])
 def test_both_tiers_and_one_function_give_the_same(name):
     given = {"rtol": 1e-8, "atol": 1e-10} if name == "RK45" else {"step": 0.1}

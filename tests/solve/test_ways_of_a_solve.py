@@ -210,7 +210,7 @@ PRODUCT = [
 ]
 
 
-@pytest.mark.few(62)
+@pytest.mark.few(44)
 @pytest.mark.parametrize(("case", "method", "way"), PRODUCT)
 def test_the_bits_are_those_of_a_first_solve(case, method, way):
     known = {}

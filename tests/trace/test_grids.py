@@ -62,7 +62,7 @@ def agrees(fun, at):
     return n_compared
 
 
-@pytest.mark.few(8)
+@pytest.mark.few(4)
 @pytest.mark.parametrize("method", ["linear", "nearest", "slinear", "cubic", "quintic"])
 @pytest.mark.parametrize("fill", ["raise", "nan", "number", "go on"])
 def test_regular_grids(method, fill):

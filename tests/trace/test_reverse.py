@@ -63,7 +63,7 @@ def test_the_systems_of_the_course(name):
     assert check(found, len(y0), np.full(8, 0.3), y) > 0
 
 
-@pytest.mark.few(12)
+@pytest.mark.few(6)
 @pytest.mark.parametrize("seed", range(30))
 def test_random_functions_that_branch(seed):
     fun, n, args, _ = drawn(seed)
