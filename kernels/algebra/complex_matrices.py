@@ -5,15 +5,12 @@ before all imaginary parts; LAPACK stores the two parts of each element side by 
 """
 
 from ..calls.block import (
-    BAND,
     BASE,
     COMPLEX,
     FULL,
-    KIND,
     LD,
     MASS,
     MATRICES,
-    NARROW,
     OTHER_COMPLEX_FACTORS,
     OTHER_COMPLEX_SOLUTION,
     OUTSIDE,
@@ -29,14 +26,6 @@ from .factorise_complex import factorise_complex, solve_complex
 from .lapack import call_routine
 from .mass import add_mass, add_mass_to_pairs
 from .matrices import kind_of, leading, matrix_at, matrix_rows, new_number, put_sum, rare, written
-
-
-@njit(**INTERNAL)
-def _kind(s, block, n):
-    """The kind of elimination for a complex matrix: see `calls/block.py`."""
-    if block[MATRICES] != 0 and words_at(block[MATRICES])[KIND] == NARROW:
-        return BAND
-    return kind_of(s, block, n)
 
 
 @njit(**INTERNAL)
@@ -78,7 +67,7 @@ def factorise_complex_sum(s, work, block, first, to, pivots, a, b, c):
     """Factorise a J + (b + i c) M: J is read from row `first` on, the factors begin at row `to`."""
     n = work.shape[1]
     s.n_factorised += 1
-    if _kind(s, block, n) == FULL:
+    if kind_of(s, block, n) == FULL:
         pairs = _put_pairs(s, work, block, FULL, first, to, a, b, c)
         routine = words_at(block[MATRICES])[COMPLEX]
         lapack.factorise_full(routine, pairs, n, work[pivots])
@@ -95,7 +84,7 @@ def other_complex_factors(state, work, block, first, to, pivots, a, b, c):
     if block[MATRICES] == 0:
         _eliminate(s, work, block, first, to, pivots, (a, b, c), n, 0)
         return 0
-    kind = _kind(s, block, n)
+    kind = kind_of(s, block, n)
     words = words_at(block[MATRICES])
     if kind == OWN:
         _eliminate(s, work, block, first, to, pivots, (a, b, c), words[LD], words[BASE])
@@ -117,7 +106,7 @@ def solve_complex_sum(s, work, block, first, to, pivots, row, free):
 
     The row `free` and the row behind it may be overwritten.
     """
-    if _kind(s, block, work.shape[1]) == FULL:
+    if kind_of(s, block, work.shape[1]) == FULL:
         _solve_pairs(s, work, block, FULL, to, pivots, row, free)
     else:
         given = s, work, block, first, to, pivots, row, free
@@ -136,7 +125,7 @@ def other_complex_solution(state, work, block, first, to, pivots, row, free):
         im = numbers_from(work, to + n, 0)
         solve_complex(re, im, n, work[pivots], b, c, n, s.lower, s.upper)
         return 0
-    kind = _kind(s, block, n)
+    kind = kind_of(s, block, n)
     words = words_at(block[MATRICES])
     if kind == OUTSIDE:
         call_routine(words[COMPLEX + 1], (work[first], work[to], b, c))

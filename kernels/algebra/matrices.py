@@ -21,7 +21,6 @@ from ..calls.block import (
     LD,
     MASS,
     MATRICES,
-    NARROW,
     ORDER,
     ORDERED,
     OTHER_FACTORS,
@@ -68,11 +67,11 @@ def matrix_at(work, block, first):
 
 @njit(**INTERNAL)
 def kind_of(s, block, n):
-    """The kind of elimination for a real matrix: see `calls/block.py`."""
+    """The kind of elimination: see `calls/block.py`."""
     if block[MATRICES] == 0:
         return OWN
     kind = words_at(block[MATRICES])[KIND]
-    if kind == NARROW or (kind == FULL and max(s.lower, s.upper) * NARROWER < n):
+    if kind == FULL and max(s.lower, s.upper) * NARROWER < n:
         return OWN
     return kind
 

@@ -42,11 +42,11 @@ WORDS_OF_PAIR = FIRST + 2
 
 # Words of the matrices of an implicit method, see `algebra/matrices.py`: two routines for real
 # matrices, two for complex ones.  Kinds: our elimination; routines with LAPACK's interface, for
-# full or for band matrices; another solver; our elimination of real bands.
+# full or for band matrices; another solver.
 KIND, ROWS, LD, BASE, BELOW, ABOVE, REAL, COMPLEX, PRODUCT = (*range(7), 8, 10)
 ORDERED = 11
 ORDER = 12
-OWN, FULL, BAND, OUTSIDE, NARROW = range(5)
+OWN, FULL, BAND, OUTSIDE = range(4)
 
 # The kernels that RARE names, see `fastdyn/specialise/rare.py`.
 OTHER_JACOBIAN, OTHER_FACTORS, OTHER_SOLUTION = range(3)

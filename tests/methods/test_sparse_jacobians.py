@@ -1,4 +1,4 @@
-"""Matrices of implicit methods in each layout: ours, LAPACK's full and banded, SuperLU's."""
+"""Matrices of implicit methods in each layout: ours, LAPACK's, SuperLU's."""
 
 import warnings
 
@@ -9,7 +9,7 @@ import scipy.sparse
 
 from fastdyn import solve_ivp
 from fastdyn.compile import memory
-from fastdyn.kernels.calls.block import BAND, FULL, NARROW, OUTSIDE
+from fastdyn.kernels.calls.block import BAND, FULL, OUTSIDE, OWN
 from fastdyn.run import again, checkpoint, loop
 from fastdyn.run.matrices import layouts as matrices
 from support.stiff import counts
@@ -77,8 +77,8 @@ NETWORKS = {  # by the layout that their exact Jacobian gets; None: our eliminat
 }
 KINDS = {
     "band": BAND,
-    "narrow": NARROW,
-    "wider band": NARROW,
+    "narrow": OWN,
+    "wider band": OWN,
     "ring": BAND,
     "full": FULL,
     "corners of zeros": FULL,

@@ -26,10 +26,12 @@ from fastdyn.kernels.calls.block import (
     GROUPS,
     JACOBIAN,
     MATRICES,
-    NARROW,
     ORDER,
+    ORDERED,
     OUTSIDE,
+    OWN,
     RARE,
+    REAL,
 )
 from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.problem.lsoda import NO_BAND
@@ -45,6 +47,7 @@ SMALL = 32  # up to so many components, our elimination is as fast as LAPACK's
 WIDE = 160  # from this bandwidth on, a sparse solver may be faster than a band solver
 SPARSE = 0.1  # largest share of elements in a sparse matrix
 GAIN = 2  # factor by which a new order of the components must narrow the band
+N_ROUTINES = ORDERED - REAL
 NONE = np.empty(0, np.int64)
 
 _capsule_name = ctypes.PYFUNCTYPE(ctypes.c_char_p, ctypes.py_object)(
@@ -89,7 +92,7 @@ class Layout(NamedTuple):
 
     def words(self, routines):
         """The words for kernels."""
-        base = self.lower + self.upper if self.kind in (BAND, NARROW) else 0
+        base = self.lower + self.upper
         head = [self.kind, self.rows, self.ld, base, self.lower, self.upper, *routines]
         words = np.array([*head, len(self.order) > 0, *self.order], np.int64)
         assert len(words) == ORDER + len(self.order)
@@ -225,7 +228,7 @@ def _band(n, entries, mass):
             lower, upper = narrower
             order = found
     ld = 2 * lower + upper
-    kind = BAND if are_short(lower, upper) else NARROW
+    kind = BAND if are_short(lower, upper) else OWN
     return Layout(kind, ld + 1, ld, lower, upper, order)
 
 
@@ -248,16 +251,13 @@ def narrow_order(n, rows, columns):
 
 
 def _routines(layout, complex_too):
-    """The words of routines for full matrices and for bands."""
-    if layout.kind == BAND and are_short(layout.lower, layout.upper):
+    """The words of routines: straight-line code for a band, LAPACK's for a full matrix."""
+    if layout.kind == OWN:
+        return [0] * N_ROUTINES
+    if layout.kind == BAND:
         return band_routines(layout.lower, layout.upper, complex_too)
-    return _lapack("ge" if layout.kind == FULL else "gb")
-
-
-def _lapack(kind):
-    """The addresses of LAPACK's routines for full matrices, "ge", or bands, "gb"."""
     import scipy.linalg.cython_lapack as cython_lapack
 
     capsules = cython_lapack.__pyx_capi__
-    found = [capsules[f"{z}{kind}{does}"] for z in "dz" for does in ("trf", "trs")]
+    found = [capsules[f"{z}ge{does}"] for z in "dz" for does in ("trf", "trs")]
     return [*(_capsule_pointer(c, _capsule_name(c)) for c in found), 0]  # 0: own products
