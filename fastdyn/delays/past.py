@@ -12,6 +12,8 @@ from fastdyn.trace.functions.stand_ins import STAND_INS
 from fastdyn.trace.symbols.lift import symbol
 from fastdyn.trace.symbols.symbol import Symbol, graph_of, refuse
 
+MOST_NODES = 32  # components of a past state that are made as nodes before they are read
+
 
 def history_of(laid_out) -> Any:
     """The History that an array of words names while its solve runs."""
@@ -52,6 +54,8 @@ def _on_symbols(laid_out, t, now, n, order=0):
         refuse("a past in code whose arguments are constants")
     node = g.make("past", (time.node, first, symbol(g, now).node), (n, laid_out.ids.size, order))
     component = "of_slope" if order else "of_past"
+    if n > MOST_NODES:
+        return Symbol(g, g.ids(g.row(component, (n,), (), node.key)))
     return symbol(g, [Symbol(g, g.make(component, (node,), i).key) for i in range(n)])
 
 

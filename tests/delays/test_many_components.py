@@ -91,3 +91,52 @@ def test_points_of_many_delays_are_bounded(monkeypatch):
     whole = solve_dde(fun, (0, 4), start, "Tsit5", args=(0.9,), rtol=1e-6, atol=1e-6, max_step=9)
     assert len(whole.t) > 2 * len(found.t)
     assert np.abs(found.y[:, -1] - whole.y[:, -1]).max() < 10 * 1e-6 * 7  # y is below 7
+
+
+@pytest.mark.parametrize("n", [40, 300])
+def test_a_delay_for_each_component(n):
+    """Reads of single components, beside the same equations with whole past states in Python."""
+    taus = np.random.default_rng(3).uniform(0.5, 2.0, n)
+    rates = np.linspace(0.8, 1.2, n)
+
+    def fun(t, y, past, k):
+        return [rates[i] + k * np.sin(past(t - taus[i])[i - 1] - y[i]) for i in range(n)]
+
+    start = np.linspace(0, 6, n)
+    before = {"args": (0.3,), "t_eval": [1.0, 3.0], **OPTIONS}
+    found = solve_dde(fun, (0, 3), start, **before)
+    assert len(found.delays) == n
+    tight = solve_dde(fun, (0, 3), start, **{**before, "rtol": 1e-9, "atol": 1e-9})
+    assert np.abs(found.y - tight.y).max() < 10 * RTOL * 7  # y is below 7
+    whole = solve_dde(fun, (0, 3), start, dense_output=True, args=(0.3,), **OPTIONS)
+    late = [whole.sol(3.0 - tau)[i - 1] for i, tau in enumerate(taus)]
+    slope = rates + 0.3 * np.sin(late - whole.y[:, -1])
+    np.testing.assert_allclose(whole.sol.derivative(3.0), slope, rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize("method", ["Vern7", "Rodas5P", "Radau"])
+def test_components_alone_and_whole_states_are_equal(method):
+    """Forty components: one is read alone, all are read at once, and with sensitivities."""
+    n = 40
+
+    def alone(t, y, past, a, tau):
+        return [-a * y[i] + past(t - tau)[5] - past(t - 0.3)[i - 1] for i in range(n)]
+
+    def together(t, y, past, a, tau):
+        p = past(t - tau)
+        return -a * y + p[5] - np.roll(past(t - 0.3), 1)
+
+    given = (0, 2), np.linspace(0.5, 1, n), method
+    options = {"args": (2.0, 0.7), "rtol": 1e-7, "atol": 1e-8}
+    one = solve_dde(alone, *given, **options)
+    other = solve_dde(together, *given, **options)
+    np.testing.assert_allclose(one.y[:, -1], other.y[:, -1], rtol=0, atol=1e-12)
+    if method == "Vern7":
+        one, other = [
+            solve_dde(f, *given, sensitivity=["a", "tau"], t_eval=[2.0], **options)
+            for f in (alone, together)
+        ]
+        for name in ("a", "tau"):
+            np.testing.assert_allclose(
+                one.sensitivity[name], other.sensitivity[name], rtol=0, atol=1e-10
+            )

@@ -113,19 +113,38 @@ def _entry(emitter, node, args):
     return b.load(b.gep(args[0], [INDEX(node.data)]))
 
 
+FEW_READ = 16  # a component alone costs as much as so many of a whole past state
+
+
 def _past(emitter, node, args):
-    """The address of the n numbers of the state at an earlier time."""
+    """The address of the n numbers of the state at an earlier time; None where few are read."""
+    if FEW_READ * emitter.reads[node.key] <= node.data[0]:
+        return None
+    return _read(emitter, node, args, 0, node.data[0])
+
+
+def _read(emitter, node, args, first, count):
+    """The address of `count` components from `first` on of a past state."""
     b = emitter.builder
-    n, n_words, order = node.data
-    numbers = _room(b, REAL, n)
+    _, n_words, order = node.data
+    numbers = _room(b, REAL, count)
     history = emitter.source.table(node.args[1].data)
     time = b.bitcast(args[0], WORD)
     now = b.bitcast(args[2], WORD)
     place = WORD(node.args[0].key % PAST_PLACES)
-    asked = [place, time, now, WORD(order), WORD(0)]
-    words = [*_row(b, history, n_words), *asked, *_row(b, numbers, n)]
+    asked = [place, time, now, WORD(order), WORD(first)]
+    words = [*_row(b, history, n_words), *asked, *_row(b, numbers, count)]
     _called(b, PAST, words)
     return numbers
+
+
+def _of_past(emitter, node, args):
+    """A component of a past state."""
+    if args[0] is not None:
+        return _entry(emitter, node, args)
+    (past,) = node.args
+    given = [emitter.value(each) for each in past.args]
+    return emitter.builder.load(_read(emitter, past, given, node.data, 1))
 
 
 def calls_kernels():
@@ -135,5 +154,5 @@ def calls_kernels():
     BY_KERNELS["solution"] = _solution
     BY_KERNELS["entry"] = _entry
     BY_KERNELS["past"] = _past
-    BY_KERNELS["of_past"] = _entry
-    BY_KERNELS["of_slope"] = _entry
+    BY_KERNELS["of_past"] = _of_past
+    BY_KERNELS["of_slope"] = _of_past

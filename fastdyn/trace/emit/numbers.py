@@ -4,6 +4,7 @@ Each node becomes an operation of LLVM or a call.  LLVM never reorders operation
 only if `flags` allow fusion.  Therefore the bits of a result do not depend on the surrounding code.
 """
 
+import collections
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from llvmlite import ir
 from ..graph.clock import EVERY, look
 from ..graph.expressions import live
 from ..operations import OPERATIONS
+from ..operations.delays import PASTS
 from ..operations.special import IN_C
 
 # The code of operations that call kernels, ``emit(emitter, node, args)``: this folder knows none.
@@ -48,16 +50,24 @@ class Emitter:
         self.width = kind.count if isinstance(kind, ir.VectorType) else None
         self.function = function or self.in_c
         self._values = {}
+        self.reads = collections.Counter()  # of components of each past state
 
     def nodes(self, outputs):
         """Emit nodes and their operands; return the nodes' values."""
-        for node in live(outputs):
+        found = live(outputs)
+        reads = [node.args[0].key for node in found if node.op in PASTS and node.op != "past"]
+        self.reads = collections.Counter(reads)
+        for node in found:
             if node.key not in self._values:
                 if len(self._values) % EVERY == 0:
                     look()
                 args = [self._values[a.key] for a in node.args]
                 self._values[node.key] = self.emit(node, args)
         return [self._values[node.key] for node in outputs]
+
+    def value(self, node):
+        """The value of a node that was emitted."""
+        return self._values[node.key]
 
     def constant(self, value):
         if isinstance(value, bool):

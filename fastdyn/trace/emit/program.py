@@ -68,6 +68,7 @@ class Program(Owners):
         self.rows = list(g.rows)
         self._ones = {}
         self._own = self._next = g.next + 2**20  # the graph may still make nodes
+        self._singly()
         self._find(sides := alternatives(raising))
         if settles or worth_loops(self.nodes):
             _Settled(self, sides, array_of)
@@ -80,6 +81,28 @@ class Program(Owners):
         self._find([self.raising])
 
     # -- ids
+
+    def _singly(self):
+        """Let components of past states be single nodes."""
+        pasts = [k for k, row in enumerate(self.rows) if row.op in PASTS]
+        if not pasts:
+            return
+
+        def singly(ids):
+            owners = self.owners(np.asarray(ids))
+            if not np.isin(owners, pasts).any():
+                return ids
+            if not isinstance(ids, np.ndarray):
+                return self.g.node(ids).key
+            found = ids.copy()
+            found[np.isin(owners, pasts)] = [
+                self.g.node(i).key for i in ids[np.isin(owners, pasts)].tolist()
+            ]
+            return found
+
+        self.outputs = singly(self.outputs)
+        for row in self.rows[:]:
+            self._replace(row, [singly(a) for a in row.args])
 
     def node(self, i) -> Node:
         """The node of an id."""

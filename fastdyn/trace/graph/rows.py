@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..operations import OPERATIONS
+from ..operations.delays import PASTS
 from .clock import look
 from .expressions import Graph, Node
 from .refusal import Refusal
@@ -129,6 +130,9 @@ class Rows(Owners, Graph):
 
     def _of_row(self, row, i):
         k = i - row.first
+        if row.op in PASTS:  # whose nodes are made as they are read
+            node = self.nodes[i] = self.make(row.op, (self.nodes[row.data],), k)
+            return node
         if row.op == "const":
             return self.const(row.data.reshape(-1)[k])
         if row.op in ("y", "par"):
