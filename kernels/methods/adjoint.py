@@ -191,7 +191,10 @@ class Seeds(NamedTuple):
 
 
 class Outside(NamedTuple):
-    """The derivatives by the outputs, g, (n, n_points), and the tolerances of a plain solve."""
+    """The derivatives by the outputs, g, (n, n_points), and the tolerances of a plain solve.
+
+    `atol` has one for each component.
+    """
 
     g: Any
     rtol: Any

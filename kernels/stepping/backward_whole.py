@@ -60,7 +60,8 @@ def _begin(table, steps, segments, states, seeds, memory, given):
         size = 0.0
         for i in range(0, n_steps + 1, 1 + (n_steps + 1) // FEW):
             size = max(size, abs(states[i, c]))
-        work[single + SCALE, c] = given.atol + given.rtol * size
+        scale = given.atol[c] + given.rtol * size
+        work[single + SCALE, c] = scale if np.isfinite(scale) else 0.0
         work[single + LAM, c] = work[single + MU, c] = 0.0
         for k in range(len(seeds.t)):
             seeds.g[k, c] = given.g[c, k]

@@ -15,6 +15,10 @@ def heat(t, u, diffusivity):
     return np.concatenate((flow[:1], flow[1:] - flow[:-1], -flow[-1:]))
 
 
+def chain(t, y, k):
+    return [-k * y[0], k * y[0] - y[1] * y[2], y[1]]
+
+
 def both(fun, span, y0, args, t_eval):
     """The results of a repeated call, and of the same call the way of a first one."""
     given = (fun, span, y0, "Tsit5", t_eval)
@@ -99,6 +103,16 @@ def test_steps_that_end_at_switching_times(name, method):
             laid += is_laid(r)
             assert np.array_equal(flat(r.vjp(g)), flat(first.vjp(g)))
     assert laid >= 15
+
+
+def test_components_have_tolerances_of_their_own():
+    atol = np.array([1e-6, 1e-9, 1e-7])
+    for i in range(7):
+        given = ([0.0, 1.0], np.array([1.0, 0.0, 0.5]), "Tsit5", [0.5, 1.0])
+        how = {"adjoint": ("y0", "k"), "rtol": 1e-6, "atol": atol}
+        r, first = (solve_ivp(chain, *given, args=args, **how) for args in ((1.0 + i,), [1.0 + i]))
+        assert np.array_equal(flat(r.vjp(r.y)), flat(first.vjp(r.y)))
+    assert is_laid(r)
 
 
 def test_what_is_wrong_is_told_as_by_first_calls():

@@ -84,7 +84,7 @@ class Sweeps:
 
     def __init__(self, problem, product, directions):
         self._backward = backward_of(problem.method.name, product)
-        tolerances = problem.rtol, problem.atol
+        tolerances = problem.rtol, np.full(product.n, problem.atol)
         self._given = self._backward, product, len(problem.t_eval), tolerances
         self._idle: list[Laid] = []
         self._parts = []
