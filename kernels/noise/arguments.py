@@ -30,11 +30,14 @@ W, H, W_NEXT, H_NEXT, MEAN, SHARE, STACK = range(7)
 G, Y, OUT, SLOPE, OTHER_SLOPE, STAGE, PRODUCT, UP, DOWN, KEEPS, KICK = range(11)
 N_ROWS = 11
 
-# Rows of `scratch` for each event: g and its variance at the start of the next step; whether the
-# last step has a passage; then g at its start and at its end, normal numbers for the time of the
-# passage, its share of the step, and what moves the state there.
-BEFORE, VARIANCE, HIT, START, AFTER, FIRST, SECOND, THIRD, AT, FACTOR = range(10)
-N_SCRATCH = 10
+# Rows of `scratch` for each event: g and its variance at the start of the next step, and its change
+# by one deviation of a single source; whether the last step has a passage, and may have one; then g
+# at its start and at its end, its change, normal numbers for the time of the passage, its share of
+# the step, and what moves the state there.
+BEFORE, VARIANCE, CHANGE, HIT, WANTED, START, AFTER, CHANGED, FIRST, SECOND, THIRD, AT, FACTOR = (
+    range(13)
+)
+N_SCRATCH = 13
 
 # What a number serves, in the upper bits of the word of the source; from HALF on, the level of
 # halves.

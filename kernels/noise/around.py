@@ -38,8 +38,9 @@ def _around(plan, drift, columns, along, events, forms, width):
     functions = Functions(drift, diffusion, spread, along, not plan.diagonal, plan.ito)
     start = loop.first_acceleration(drift) if method.langevin else loop.no_acceleration
     watched = [(event, spread, i, forms[2]) for i, event in enumerate(events)]
-    look = passages.in_turn([passages.passage(*each) for each in watched])
-    settle = passages.settled(plan.terminal) if watched else None
+    in_order = spread is not None and plan.n_sources == 1 and len(events) > 1
+    look = passages.in_turn([passages.passage(*each, in_order) for each in watched])
+    settle = passages.settled(plan.terminal, in_order) if watched else None
     ends = [each for each, ends in zip(watched, plan.terminal, strict=True) if ends]
     leave = passages.ends_in_turn([passages.end(*each, forms[0] is None) for each in ends])
     step = getattr(steps, method.step)(functions)

@@ -8,6 +8,10 @@ Brownian bridge: with tau the share of the step before it, tau / (1 - tau) has a
 distribution of mean |g_0 / g_1| and shape g_0^2 / v, drawn as by Michael, Schucany and Haas, The
 American Statistician 30 (1976).
 
+With one source of noise, the levels of all events lie on one line: the passages of a step follow
+each other outwards, each drawn from the bridge behind the one before.  With several sources they
+are drawn for each event by itself.
+
 A terminal event ends a path at the passage: its state is drawn from the bridge, too, given g = 0.
 """
 
@@ -24,6 +28,8 @@ from .arguments import (
     AFTER,
     AT,
     BEFORE,
+    CHANGE,
+    CHANGED,
     FACTOR,
     FIRST,
     HALF,
@@ -37,6 +43,7 @@ from .arguments import (
     START,
     THIRD,
     VARIANCE,
+    WANTED,
 )
 
 USES = 3  # of pairs of normal numbers for each event
@@ -103,11 +110,12 @@ def _moved_by(spread):
     return moved_by
 
 
-def passage(number, spread, event, lanes):
+def passage(number, spread, event, lanes, in_order):
     """``look(i, r, path, state, ...)`` of one event: whether a path of the lanes passes in step i.
 
     At the start of a run, i is -1.  `number` gives g as a vector; `spread` is that of
-    `diffusions.py`, or None where the noise does not act on g at once.
+    `diffusions.py`, or None where the noise does not act on g at once.  `in_order` tells whether
+    `settled` puts the passages of a step in order.
     """
     uses = (HALF + MOST_LEVELS + USES * event) << SOURCE_BITS
     next_use = 1 << SOURCE_BITS
@@ -122,6 +130,8 @@ def passage(number, spread, event, lanes):
                 moved = moved_by(source, t, state, block, form, of_noise, work, places)
                 change = number(t, moved, block) - g
                 total = total + change * change
+                if in_order:
+                    put(places.scratch, CHANGE, change)
         return total
 
     @njit(**INLINED)
@@ -141,7 +151,10 @@ def passage(number, spread, event, lanes):
             hit = wanted & ((product <= 0.0) | (energy > 4.0 * product))
             put(scratch, HIT, select(hit, 1.0, 0.0))
             passed = any_lane(hit)
-            if passed:
+            if in_order:
+                put(scratch, WANTED, select(wanted, 1.0, 0.0))
+                put(scratch, CHANGED, row_of(scratch, CHANGE))
+            if passed or in_order:
                 put(scratch, START, before)
                 put(scratch, AFTER, g)
                 first, _ = normals(lanes, r.key, path, i, uses + next_use)
@@ -209,11 +222,61 @@ def end(number, spread, event, lanes, in_rows):
     return leave
 
 
-def settled(terminal):
+@njit(**INTERNAL)
+def _next_level(scratch, lane, side, n_events):
+    """(event, level) of the nearest level on a side that is wanted and not looked at yet."""
+    nearest = -1
+    level = np.inf
+    for event in range(n_events):
+        rows = scratch[N_SCRATCH * event : N_SCRATCH * (event + 1)]
+        if rows[WANTED, lane] != 0.0 and rows[CHANGED, lane] != 0.0:
+            own = -side * rows[START, lane] / rows[CHANGED, lane]
+            if 0.0 < own < level:
+                nearest = event
+                level = own
+    return nearest, level
+
+
+@njit(**INTERNAL)
+def _put_in_order(scratch, lane, n_events):
+    """Draw the passages of a path through levels of one motion, outwards on each side of its start.
+
+    Behind a passage the motion is a bridge again; where one level is not passed, none behind is.
+    Levels are in deviations of the step.
+    """
+    for side in (-1.0, 1.0):
+        event, level = _next_level(scratch, lane, side, n_events)
+        before = 0.0
+        share = 0.0
+        goes_on = True
+        while event >= 0:
+            rows = scratch[N_SCRATCH * event : N_SCRATCH * (event + 1)]
+            rows[WANTED, lane] = 0.0
+            if before > 0.0 and goes_on:
+                way = level - before
+                rest = -side * rows[AFTER, lane] / rows[CHANGED, lane]
+                left = 1.0 - share
+                energy = rows[SECOND, lane] ** 2 + rows[THIRD, lane] ** 2
+                goes_on = rest <= 0.0 or energy * left > 4.0 * way * rest
+                if goes_on and way > 0.0:
+                    share += left * _share(
+                        way, rest, left, rows[FIRST, lane], rows[SECOND, lane], rows[THIRD, lane]
+                    )
+            elif goes_on:
+                goes_on = rows[HIT, lane] != 0.0
+                share = rows[AT, lane]
+            rows[HIT, lane] = 1.0 if goes_on else 0.0
+            rows[AT, lane] = share
+            before = level
+            event, level = _next_level(scratch, lane, side, n_events)
+
+
+def settled(terminal, in_order):
     """``settle(t, h, path, places)``: note the passages in a step, the first of each path.
 
     Nothing that comes behind a terminal event counts.  HIT then tells which event ended a path; the
-    result is whether any did.  `terminal` tells for each event whether a passage ends the path.
+    result is whether any did.  `terminal` tells for each event whether a passage ends the path,
+    `in_order` whether the levels of all events are those of one motion.
     """
 
     @njit(**INTERNAL)
@@ -221,6 +284,8 @@ def settled(terminal):
         scratch = places.scratch
         some = False
         for lane in range(scratch.shape[1]):
+            if in_order:
+                _put_in_order(scratch, lane, len(terminal))
             end = 2.0  # a share of the step behind the step
             last = -1
             for event in range(len(terminal)):

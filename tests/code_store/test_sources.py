@@ -164,7 +164,7 @@ def calls():
 
 NOISE = (
     "namespace(method=namespace(step='heun', langevin=False, areas=False), diagonal=True, "
-    "ito=False, n_columns=1, terminal=(True,))"
+    "ito=False, n_columns=1, n_sources=1, terminal=(True,))"
 )
 
 

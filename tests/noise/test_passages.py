@@ -110,6 +110,27 @@ def test_nothing_comes_behind_the_end_of_a_path():
     assert not (beyond > np.fmin(low, high)).any()
 
 
+def test_barriers_are_passed_one_behind_the_other():
+    """From one barrier to the next, the time is that of a motion that starts anew, at any step."""
+    levels = [1.5, 0.8, 1.0, -0.8, -0.6]
+    found = solve_sde(
+        lambda t, y: 0.0 * y, 1.0, (0, 2), [0.0], step=0.5, paths=N, rng=6,
+        events=[lambda t, y, a=a: (y[0] - a) * np.sign(a) for a in levels],
+    )  # fmt: skip
+    far, near, middle, low, least = np.where(np.isnan(found.t_events), np.inf, found.t_events)
+    assert ((middle < far) | np.isinf(far)).all()
+    assert ((near < middle) | np.isinf(middle)).all()
+    assert ((least < low) | np.isinf(low)).all()
+    for before, after, way in ((near, middle, 0.2), (middle, far, 0.5), (least, low, 0.2)):
+        early = before < 1.0
+        share = (after[early] - before[early] < 1.0).mean()
+        exact = passage_law(1.0, way, 0.0, 1.0)
+        assert abs(share - exact) < 5 * np.sqrt(exact * (1 - exact) / early.sum())
+    for times, level in ((far, 1.5), (middle, 1.0), (low, 0.8)):
+        exact = passage_law(2.0, level, 0.0, 1.0)
+        assert abs(np.isfinite(times).mean() - exact) < 5 * np.sqrt(exact * (1 - exact) / N)
+
+
 @pytest.mark.parametrize("scale", [1.0, 2.0])
 def test_the_place_of_a_passage_has_the_exact_law(scale):
     """A motion in the plane is, where it leaves a half plane at time T, normal of variance T along.

@@ -60,7 +60,7 @@ def test_one_path_at_a_time_is_a_path_in_lanes(method, monkeypatch):
         return y[0] - 0.9
 
     near.terminal = method != "EulerHeun"  # the places of passages, too
-    event = {"events": near}
+    event = {"events": [near, lambda t, y: y[0] - 0.95]}
     lanes = solved(method, **event)
 
     def refuse(*given):
