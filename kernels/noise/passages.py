@@ -47,6 +47,7 @@ from .arguments import (
 )
 
 USES = 3  # of pairs of normal numbers for each event
+MOST = 20.0  # g_0 g_1 over the variance from which on no pair, of length below 8.5, is a passage
 
 
 @njit(**INTERNAL)
@@ -142,26 +143,31 @@ def passage(number, spread, event, lanes, in_order):
         passed = False
         if i >= 0:
             before = row_of(scratch, BEFORE)
-            one, two = normals(lanes, r.key, path, i, uses)
-            energy = row_of(scratch, VARIANCE) * (one * one + two * two)
+            spreads = row_of(scratch, VARIANCE)
             product = before * g
             sign = everywhere(lanes, places.directions[event])
             alive = vector_at(lanes, places.alive, path) > 0.5
-            wanted = alive & (before != 0.0) & (before * sign <= 0.0)
-            hit = wanted & ((product <= 0.0) | (energy > 4.0 * product))
-            put(scratch, HIT, select(hit, 1.0, 0.0))
-            passed = any_lane(hit)
+            within = (product <= 0.0) | (product <= MOST * spreads)
+            near = alive & (before != 0.0) & (before * sign <= 0.0) & within
+            put(scratch, HIT, select(near, 0.0, 0.0))
             if in_order:
-                put(scratch, WANTED, select(wanted, 1.0, 0.0))
-                put(scratch, CHANGED, row_of(scratch, CHANGE))
-            if passed or in_order:
-                put(scratch, START, before)
-                put(scratch, AFTER, g)
-                first, _ = normals(lanes, r.key, path, i, uses + next_use)
-                put(scratch, FIRST, first)
-                put(scratch, SECOND, one)  # the angle of a pair does not depend on its length
-                put(scratch, THIRD, two)
-                _draw(scratch[N_SCRATCH * event : N_SCRATCH * (event + 1)])
+                put(scratch, WANTED, select(near, 1.0, 0.0))
+            if any_lane(near):
+                one, two = normals(lanes, r.key, path, i, uses)
+                energy = spreads * (one * one + two * two)
+                hit = near & ((product <= 0.0) | (energy > 4.0 * product))
+                put(scratch, HIT, select(hit, 1.0, 0.0))
+                passed = any_lane(hit)
+                if passed or in_order:
+                    put(scratch, START, before)
+                    put(scratch, AFTER, g)
+                    first, _ = normals(lanes, r.key, path, i, uses + next_use)
+                    put(scratch, FIRST, first)
+                    put(scratch, SECOND, one)  # a pair's angle does not depend on its length
+                    put(scratch, THIRD, two)
+                    if in_order:
+                        put(scratch, CHANGED, row_of(scratch, CHANGE))
+                    _draw(scratch[N_SCRATCH * event : N_SCRATCH * (event + 1)])
         put(scratch, BEFORE, g)
         put(scratch, VARIANCE, variance(t, g, state, block, form, of_noise, work, places))
         return passed
