@@ -1,6 +1,7 @@
 """A Run whose function reads the dense output of the Run itself."""
 
 import math
+import weakref
 from contextlib import contextmanager
 from typing import Any
 
@@ -44,12 +45,12 @@ class OnePiece(output.Output):
     longest : float or None
         The longest delay: polynomials that no delay reads any more make room for new ones, so that
         the memory of a long solve is bounded.  None if they are all kept.
-    compare : callable
-        Called before polynomials are dropped.
+    run : DelayRun
+        A weak reference: a Run that holds its output is freed with its last name.
     """
 
     longest: Any = None
-    compare: Any = None
+    run: Any = None
 
     def _grow_dense(self, o):
         d = self.d
@@ -61,8 +62,8 @@ class OnePiece(output.Output):
             needed = spans[n - 1, 0] - self.longest
             first = max(int(np.searchsorted(spans[:, 0], needed, "right")) - 2, 0)
         left = n - first
-        if first and self.compare is not None:
-            self.compare()
+        if first:
+            self.run().compare()
         if 2 * left > n:
             self._n_polynomials = 2 * n
             self._check_memory()
@@ -187,7 +188,7 @@ class DelayRun(Run):
         """As `LaidOut.since`."""
         return -math.inf if self.grown is None else self.grown.since(self.problem.t0)
 
-    def _compare(self):
+    def compare(self):
         """Compare code and functions along the steps that are about to be dropped."""
         if self.snapshots is not None:
             self.compared.now(self, LATER)
@@ -253,7 +254,7 @@ class DelayRun(Run):
         if self.grown is None:
             self.grown = OnePiece(self.plan, self.memory)
             self.grown.longest = self._longest
-            self.grown.compare = self._compare
+            self.grown.run = weakref.ref(self)
         return self.grown
 
     def lay_output(self):

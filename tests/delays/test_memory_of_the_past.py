@@ -1,5 +1,8 @@
 """The steps that no delay reads any more are dropped; a checkpoint has those that are read."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
@@ -149,3 +152,23 @@ def test_what_a_checkpoint_cannot_hold_is_refused(tmp_path):
     earlier = solve_dde(mackey_glass, (0, 50), [0.5], dense_output=True, **OPTIONS)
     with pytest.raises(ValueError, match="`checkpoint` needs functions that compile"):
         solve_dde(mackey_glass, (50, 90), earlier, checkpoint=tmp_path / "b", **OPTIONS)
+
+
+def test_a_solve_is_freed_with_its_result(monkeypatch):
+    """Without the collector of cycles: polynomials are large."""
+    runs = []
+    init = run.DelayRun.__init__
+
+    def noted(self, *given):
+        init(self, *given)
+        runs.append(weakref.ref(self))
+
+    monkeypatch.setattr(run.DelayRun, "__init__", noted)
+    gc.collect()
+    gc.disable()
+    try:
+        solve_dde(mackey_glass, (0, 1500), [0.5], **KINDS["events"], **OPTIONS)
+        solve_dde(mackey_glass, (0, 1500), [0.5], **KINDS["sensitivity"], **OPTIONS)
+        assert len(runs) == 2 and all(each() is None for each in runs)
+    finally:
+        gc.enable()
