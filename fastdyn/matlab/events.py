@@ -55,6 +55,7 @@ def _component(events, i, listed) -> Any:
         def value(t, y):
             return events(t, y)[0][i]
 
+    value.__name__ = f"event {i}"
     return value
 
 
