@@ -175,6 +175,7 @@ def full(store):
     return store, given, solve_ensemble(**given, store=store, block=50)
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("how", BREAK)
 @pytest.mark.parametrize("name", KEPT)
 def test_a_block_that_is_damaged_is_solved_again(full, name, how):
@@ -213,7 +214,6 @@ def test_states_and_events_that_are_damaged_are_no_data(full, how):
     assert_same(whole, solve_ensemble(**given, store=store))
 
 
-@pytest.mark.few(3)
 @pytest.mark.parametrize("name", ["y", "t_end", "y_end", "counts", "t_first", "best"])
 def test_chunks_that_are_lost_are_not_taken_for_empty_ones(full, name):
     store, given, _ = full

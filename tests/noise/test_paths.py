@@ -180,16 +180,22 @@ def test_shapes_of_the_diffusion_are_kinds_of_noise(monkeypatch):
             lambda t, y: 0.0 * y, diffusion, (0, 1), np.ones(n), step=0.5, rng=1, **options
         )
 
-    def plan_only(asked, own, bounds, *rest):
-        raise Planned(asked.method.name, plan.noise_of(own, bounds), asked.n_sources)
+    def noted(*given):
+        kinds.append(plan.noise_of(*given))
+        return kinds[-1]
+
+    def plan_only(asked, *rest):
+        raise Planned(asked.method.name, kinds[-1], asked.n_sources)
 
     def kind(diffusion, **options):
         with pytest.raises(Planned) as planned:
             solved(diffusion, **options)
         return planned.value.args
 
+    kinds: list = []
     found = solved(np.ones((2, 3)))
     whole = found.method, found.noise, found.brownian().shape[0]
+    monkeypatch.setattr("fastdyn.noise.solve.noise_of", noted)
     monkeypatch.setattr("fastdyn.noise.solve.kernel_of", plan_only)
     assert kind(np.ones((2, 3))) == whole == ("SRA1", "additive", 3)
     assert kind(0.3) == ("SRA1", "additive", 2)
