@@ -24,7 +24,9 @@ LIBM = frozenset(
     "expm1 fabs floor fma fmax fmin fmod frexp hypot ldexp lgamma llrint log log10 log1p log2 "
     "nearbyint pow rint round sin sincos sinh sqrt tan tanh tgamma trunc".split()
 )
-PYTHON = frozenset("PyGILState_Ensure PyGILState_Release Py_FatalError".split())  # LAPACK's errors
+PYTHON = frozenset(  # LAPACK's errors; `self` of a builtin
+    "PyGILState_Ensure PyGILState_Release Py_FatalError PyLong_AsVoidPtr".split()
+)
 PREFIX = "numba_"
 OF_SCIPY = "scipy_special_"
 

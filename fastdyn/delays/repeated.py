@@ -1,6 +1,7 @@
 """Repeated calls of solve_dde: the same function, method and options, other values."""
 
 import types as python
+from typing import Any
 
 import numpy as np
 
@@ -44,9 +45,11 @@ def key_of(given):
 
 def solved(key, fun, history, args):
     """The result of a call like an earlier one; None for the long way."""
-    kind = None if key is None or args.__class__ is not tuple else again.calls.get(key)
+    kind: Any = None if key is None or args.__class__ is not tuple else again.calls.get(key)
     equation = again.taken(kind)
-    result = None if equation is None else equation.again(fun, history, args)
+    if equation is None:
+        return None
+    result = equation.again(fun, history, args)
     if result is not None:
         equation.let_go()
         kind.give_back(equation)

@@ -51,7 +51,7 @@ class Kind:
             self.idle.append(run)
 
 
-def taken(kind):
+def taken(kind) -> Any:
     """A run of a Kind, or of None, which no other thread has; None if there is none."""
     try:
         return kind.idle.pop()
@@ -59,7 +59,7 @@ def taken(kind):
         return None
 
 
-def kept(key, make, n):
+def kept(key, make, n) -> Any:
     """The Kind of a key: the known one, or a new one, for runs of n components."""
     found = calls.get(key)
     return calls.put(key, make(), 1 + n // WORDS) if found is None else found

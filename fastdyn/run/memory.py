@@ -143,17 +143,19 @@ class Plan:
         """
         unpack = self._counts.get(names)
         if unpack is None:
-            begin = 8 * self.arrays["output.record"][0]
             form = "="
             at = 0
-            for name in names:
-                place = (
-                    STATE.fields[name][1] if name in STATE.names else begin + OUTPUT.fields[name][1]
-                )
+            for place in map(self.place, names):
                 form = f"{form}{place - at}xq"
                 at = place + 8
             unpack = self._counts[names] = struct.Struct(form).unpack_from
         return unpack
+
+    def place(self, name):
+        """The offset in bytes of a count, a field of STATE or of OUTPUT."""
+        if name in STATE.names:
+            return STATE.fields[name][1]
+        return 8 * self.arrays["output.record"][0] + OUTPUT.fields[name][1]
 
     def launch_words(self, words, image):
         """The words of a Launch; each solve sets the words MEMORY and Y0."""

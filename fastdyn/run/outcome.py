@@ -1,9 +1,11 @@
 """The end of a run: the status, a sentence, and the result."""
 
 import struct
+from typing import NamedTuple
 
 import numpy as np
 
+from fastdyn.code_store.call import address_of
 from fastdyn.compile.compare import python_value
 from fastdyn.kernels.state.record import (
     ATOL,
@@ -206,12 +208,18 @@ def results(problem, plan, own=None):
     counts = plan.counts("n_accepted", "n_rejected", "n_extra", points)
     copies = None
     words = None
+    plain = None
     if own is not None:
         copies, words = _Copies(plan, own), memoryview(own)
     others = any(field.name not in WRITTEN_OUT for field in COUNTS)
     # Copied for each result, in a third of the time that 13 keywords take.
     empty = dict.fromkeys(FIELDS)
     empty |= {"njev": 0, "nlu": 0, "status": 0, "message": SUCCESS, "success": True}
+
+    if copies is not None and more is None and not has_matrices and not others:
+        names = points, "n_accepted", "n_rejected", "n_extra"
+        places = [address_of(own) + plan.place(name) for name in names]
+        plain = Plain(OdeResult, empty, copies, places, n_stages)
 
     def make(memory, grown=None, code=0, message=SUCCESS):
         numbers = memory if words is None else words  # whose address is found in half of the time
@@ -252,7 +260,22 @@ def results(problem, plan, own=None):
             found["success"] = code >= 0
         return found
 
+    make.plain = plain  # pyright: ignore
     return make
+
+
+class Plain(NamedTuple):
+    """What `make` of `results` makes a plain result of, for `functions/builtin.py`.
+
+    `places` are the addresses of the number of points and of the counts of steps accepted and
+    rejected and of other evaluations.
+    """
+
+    kind: type
+    empty: dict
+    copies: dict
+    places: list
+    stages: int
 
 
 class _Copies(dict):

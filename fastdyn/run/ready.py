@@ -21,17 +21,20 @@ from fastdyn.problem.step_options import LATEST, fixed_step
 from fastdyn.problem.validate import output_times
 
 from .begin import fill_atol, fill_span, unit_of_times
+from .functions.builtin import builtin
 from .functions.interruptible import Interruptible
 from .functions.readers import ARRAY, FLOAT, NUMBERS, is_left, reader_of, taken_from
 from .laid_out import new_memory
 from .loop import announce
 from .memory import MEMORY, Y0
 from .outcome import SUCCESS, TERMINATED, results
+from .result import OdeResult
 from .stiffness import MANY
 
 WHOLE = {int}
 FEW_WORDS = 2**14  # memory up to this size is used for all solves, and results are copies
 LOOK_EVERY = 32  # solves after which a faster kernel may take over
+FEWEST_BY_BUILTIN = 16  # solves until a comparison; the first builtin of a process takes 1 ms
 ENDS = {FINISHED: (0, SUCCESS), EVENT: (1, TERMINATED)}  # of plain solves
 
 
@@ -74,9 +77,9 @@ class ReadyRun:
 
     __slots__ = (
         "_check", "_finish", "_image", "_launch", "_left", "_limited", "_make", "_n", "_n_left",
-        "_own", "_pack_times", "_readers", "_result", "_seen", "_sides", "_sizes", "_span",
-        "_step", "_switched", "_t_eval", "_times", "_until_look", "first", "go", "in_python",
-        "left", "problem", "room", "run", "sizes", "span",
+        "_own", "_pack_times", "_quick", "_readers", "_result", "_seen", "_sides", "_sizes",
+        "_span", "_step", "_switched", "_t_eval", "_times", "_until_look", "first", "go",
+        "in_python", "left", "problem", "room", "run", "sizes", "span",
     )  # fmt: skip
 
     def __init__(
@@ -154,6 +157,7 @@ class ReadyRun:
         check, finish, left, sides = self._check, self._finish, self._left, self._sides
         at, own, size, make = self.run.launch_at, self._own, self.run.plan.size, self._result
         lost = self.run.tells_of()
+        quick = self._quick = self._builtin(kernel) if alone and lost is None else None
 
         def go(fun, y0, args, events=(), t_span=None, t_eval=None):
             if current_errors() is not USUAL_ERRORS and numpy_errors_are_heard():
@@ -166,29 +170,33 @@ class ReadyRun:
                 return None
             if N_LEFT[0] != self._n_left and self._is_left(fun, args, events):
                 return None
-            kind = y0.__class__
-            if kind is list or kind is tuple:
-                for number in y0:  # twice as fast as a set of types
-                    if number.__class__ is not float and number.__class__ not in NUMBERS:
-                        return None
-                try:
-                    pack(words, 0, *y0)
-                except struct.error:  # another length, or a number beyond all floats
-                    return None
-            elif not taken_from(y0, state):
-                return None
-            if most and not least <= max(map(abs, state)) <= most:
-                return None
-            held = read(fun, args, block) if alone else self._read_all(fun, args, events)
-            if held is None:
-                return None
-            if left[0] <= 1:  # a comparison is due
-                self.run.take_snapshots(self.run.compared.most_places)
             memory = own
-            if memory is None:
-                memory = new_memory(size)
-                self._launch[MEMORY] = address_of(memory)
-            status = kernel(at)
+            status = None if quick is None else quick(fun, y0, args)
+            if status.__class__ is OdeResult:
+                return status
+            if status is None:
+                kind = y0.__class__
+                if kind is list or kind is tuple:
+                    for number in y0:  # twice as fast as a set of types
+                        if number.__class__ is not float and number.__class__ not in NUMBERS:
+                            return None
+                    try:
+                        pack(words, 0, *y0)
+                    except struct.error:  # another length, or a number beyond all floats
+                        return None
+                elif not taken_from(y0, state):
+                    return None
+                if most and not least <= max(map(abs, state)) <= most:
+                    return None
+                held = read(fun, args, block) if alone else self._read_all(fun, args, events)
+                if held is None:
+                    return None
+                if left[0] <= 1:  # a comparison is due
+                    self.run.take_snapshots(self.run.compared.most_places)
+                if memory is None:
+                    memory = new_memory(size)
+                    self._launch[MEMORY] = address_of(memory)
+                status = kernel(at)
             if status == BAD_STATE:
                 return None
             if lost is not None and lost(memory)[0]:
@@ -201,6 +209,17 @@ class ReadyRun:
             return make(memory, None, *ENDS[status])
 
         return go
+
+    def _builtin(self, kernel):
+        """The builtin that starts a kernel; None if solves by the kernel need other checks."""
+        if kernel is not self.run.plan.launch or self._own is None or self._sizes:
+            return None
+        if self._left[0] < FEWEST_BY_BUILTIN:
+            return None
+        parts = None if self._sides else getattr(self._result, "plain", None)
+        state = self.room[: self._n]
+        given = kernel, self.run.launch_at, *self._readers[0], self._left, state
+        return builtin(*given, parts)
 
     def _is_left(self, fun, args, events):
         """Whether a function is left to Python; looked at after another one was left."""
