@@ -1,8 +1,6 @@
 """M y' = f(t, y) by prepared solvers and by single steps: as solve_ivp, bit for bit."""
 
-import copy
 import math
-import pickle
 
 import numpy as np
 import pytest
@@ -54,24 +52,6 @@ def test_a_start_that_is_not_consistent_is_refused_each_time(method):
         Stepper(decaying, 0.0, [0.5, 0.5], 3.0, method=method, args=(1.0,), mass=MASS, **GIVEN)
     with pytest.raises(ValueError, match="no DAE of index 1"):
         prepare(lambda t, y: [y[1], y[0]], (0, 1), [0.0, 0.0], method, mass=MASS)()
-
-
-@pytest.mark.parametrize("method", TAKE)
-def test_steps_are_those_of_a_whole_solve(method):
-    given = {"method": method, "args": (1.0,), "mass": MASS, **GIVEN}
-    whole = solve_ivp(decaying, (0, 3), STARTS[2], dense_output=True, **given)
-    stepper, found = Stepper(decaying, 0.0, STARTS[2], 3.0, **given), []
-    while stepper.status == "running":
-        stepper.step()
-        found.append(stepper.y)
-        if stepper.nstep == 5:
-            stepper = pickle.loads(pickle.dumps(stepper))
-        if stepper.nstep == 9:
-            stepper = copy.deepcopy(stepper)
-        middle = 0.5 * (stepper.t + stepper.t_old)
-        assert np.array_equal(stepper.interpolate(middle), whole.sol(middle))
-    assert np.array_equal(np.array(found).T, whole.y[:, 1:])
-    assert (stepper.njev, stepper.nlu) == (whole.njev, whole.nlu)
 
 
 def test_matrices_that_change_and_methods_without():
