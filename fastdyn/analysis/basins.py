@@ -96,17 +96,13 @@ class Basin(Displayed):
                 lines.append(f"  {share:6.1%}  {what}")
         return "\n".join(lines)
 
+    @filled()
     def plot(self, **options) -> Any:
         """Draw the plane of the starts, with a colour for each attractor.
 
         Parameters
         ----------
-        **options
-            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        {figure}
         """
         from fastdyn.plot.analysis.chaos import basin
 

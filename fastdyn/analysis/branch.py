@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.plot.displayed import Displayed
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -274,6 +275,7 @@ class Branch(Displayed):
         head = f"Branch of {len(self.orbits)} orbits over {self.parameter}. {self.message}"
         return "\n".join([head, *(f"  {s.kind} at {s.value:.8g}" for s in self.special)])
 
+    @filled()
     def plot(self, component=0, **options) -> Any:
         """Draw the amplitude of a component, and the period, over the parameter.
 
@@ -281,12 +283,7 @@ class Branch(Displayed):
         ----------
         component : int or name
             The component of the state.
-        **options
-            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        {figure}
         """
         from fastdyn.plot.analysis.orbits import branch
 

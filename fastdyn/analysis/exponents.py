@@ -95,17 +95,13 @@ class Exponents(Displayed):
         said = ", ".join(f"{value:.5f} ± {error:.5f}" for value, error in pairs)
         return f"Lyapunov exponents after t = {self.t[-1]:g}: {said}"
 
+    @filled()
     def plot(self, **options) -> Any:
         """Draw the exponents up to a time over this time.
 
         Parameters
         ----------
-        **options
-            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        {figure}
         """
         from fastdyn.plot.analysis.chaos import exponents
 

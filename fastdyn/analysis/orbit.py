@@ -83,6 +83,7 @@ class PeriodicOrbit(Displayed):
             f"multipliers {multipliers}"
         )
 
+    @filled()
     def plot(self, components=(0, 1), **options) -> Any:
         """Draw the orbit in a plane, and the multipliers beside the unit circle.
 
@@ -90,12 +91,7 @@ class PeriodicOrbit(Displayed):
         ----------
         components : pair of int or name
             The two components of the state that span the plane.
-        **options
-            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        {figure}
         """
         from fastdyn.plot.analysis.orbits import figure
 

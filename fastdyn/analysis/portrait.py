@@ -69,6 +69,7 @@ class Portrait(Displayed):
         found = [self.equilibria] if self.equilibria is not None else []
         return "\n".join(map(str, [head, *self.cycles, *found]))
 
+    @filled()
     def plot(self, nullclines=True, **options) -> Any:
         """Draw field, trajectories, separatrices, equilibria and nullclines.
 
@@ -76,12 +77,7 @@ class Portrait(Displayed):
         ----------
         nullclines : bool
             Whether to draw the nullclines.
-        **options
-            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        {figure}
         """
         from fastdyn.plot.analysis.phase_plane import figure
 

@@ -109,6 +109,7 @@ class Response(Displayed):
         how = "linear equations, exact" if self.linear else f"sweeps {', '.join(self.sweeps)}"
         return f"Response at {len(self.frequencies)} frequencies, {how}. {self.message}".strip()
 
+    @filled()
     def plot(self, components=None, **options) -> Any:
         """Draw amplitude and phase over the frequency.
 
@@ -116,12 +117,7 @@ class Response(Displayed):
         ----------
         components : name, int or sequence of them, optional
             By default the first half of the state, which mostly has the positions.
-        **options
-            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        {figure}
         """
         from fastdyn.plot.analysis.orbits import response
 

@@ -64,6 +64,7 @@ class Section(Displayed):
     def __str__(self):
         return f"Section of {len(self.t)} points from {len(self.y0)} starts. {self.message}".strip()
 
+    @filled()
     def plot(self, components=(0, 1), angles=(), **options) -> Any:
         """Draw the points in the plane of two components.
 
@@ -72,12 +73,7 @@ class Section(Displayed):
         components : pair of name or int
         angles : name or int, or sequence of them
             Components that are drawn between -pi and pi.
-        **options
-            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        {figure}
         """
         from fastdyn.plot.analysis.chaos import section
 

@@ -10,6 +10,7 @@ import numpy as np
 from fastdyn.kernels.state.record import Y
 from fastdyn.problem import validate
 from fastdyn.problem.members import Members
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.words.calls import shown_when_wrong
 
 from .equation import KINDS, Equation, Given
@@ -139,6 +140,7 @@ class PreparedDelays:
         run = self._equation.run
         return float(run.view("solve.state")["t"][0]), np.copy(run.view("solve.work")[Y])
 
+    @filled()
     def many(self, histories=None, args=None) -> OdeResult:
         """Solve with many histories and many arguments, delays among them, one after the other.
 
@@ -146,16 +148,7 @@ class PreparedDelays:
         ----------
         histories : array_like, shape (m, n) or (n,), or callable, optional
             Constant histories, or one history for all solves; by default that of `prepare_dde`.
-        args : tuple, optional
-            Each argument is an array or list of m numbers, one for each solve, or a value common to
-            all solves: a number, any object, or an array in `fastdyn.ensemble.Shared`.
-
-        Returns
-        -------
-        OdeResult
-            With the end times `t` (m,) and the end states `y` (m, n); with `t_eval`, `t` has
-            these times, and `y` (m, n, n_times) is NaN after the end of a solve.  `nfev`, `status`,
-            `success`, `n_accepted` and `n_rejected` have shape (m,).
+        {many}
 
         Raises
         ------

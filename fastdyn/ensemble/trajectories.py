@@ -7,6 +7,7 @@ import numpy as np
 
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.plot.displayed import display
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.schedules import in_order
 from fastdyn.run.result import COUNTS, FIELDS, Counted, counted, made
 from fastdyn.words.kinds import noted
@@ -193,6 +194,7 @@ class Trajectories:
 
         return dataset(self)
 
+    @filled()
     def plot(self, of=None, over=None, components=None, **options):
         """Draw the ensemble.
 
@@ -206,12 +208,7 @@ class Trajectories:
             default the parameters that vary; ``over=[]`` draws histograms.
         components : name, int or list of them, optional
             Components of the state; by default the first eight.
-        **options
-            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        {figure}
         """
         from fastdyn.plot.ensemble import figure
 

@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import gammaincc, ndtri, stdtrit  # SciPy's `stats` takes a second to import
 
+from fastdyn.problem.options.docstrings import filled
+
 from . import profile
 from .descent import scaled
 from .model import name_of_record
@@ -330,6 +332,7 @@ class Fit:
             found.append(own)
         return found
 
+    @filled()
     def plot(self, record=None, **options):
         """Draw values and fitted motions with their bands, and the residuals below.
 
@@ -338,12 +341,7 @@ class Fit:
         record : int, optional
             One record; by default all, each in a colour of its own, those with as many series as
             the first.
-        **options
-            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        {figure}
         """
         from fastdyn.plot.fit import Drawn, fitted
 

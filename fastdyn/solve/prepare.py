@@ -259,6 +259,7 @@ class Prepared:
                 self._solver.count(problem)
         return result
 
+    @filled()
     def many(self, y0s=None, args=None):
         """Solve from many initial states, with many arguments, one after the other.
 
@@ -270,16 +271,7 @@ class Prepared:
         ----------
         y0s : array_like, shape (m, n) or (n,)
             Initial states, or one state for all solves; by default the state given to `prepare`.
-        args : tuple, optional
-            Each argument is an array or list of m numbers, one for each solve, or a value common to
-            all solves: a number, any object, or an array in `fastdyn.ensemble.Shared`.
-
-        Returns
-        -------
-        OdeResult
-            With the end times `t` (m,) and the end states `y` (m, n); with `t_eval`, `t` has
-            these times, and `y` (m, n, n_times) is NaN after the end of a solve.  `nfev`, `status`,
-            `success`, `n_accepted` and `n_rejected` have shape (m,).
+        {many}
 
         Raises
         ------

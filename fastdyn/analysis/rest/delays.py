@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot.displayed import Displayed
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -53,17 +54,13 @@ class DelayRoots(Displayed):
         shown = ", ".join(f"{z:.6g}" for z in self.roots[:4])
         return f"{self.kind}; {len(self.roots)} roots, the rightmost {shown}"
 
+    @filled()
     def plot(self, **options) -> Any:
         """Draw the roots in the complex plane.
 
         Parameters
         ----------
-        **options
-            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        {figure}
         """
         from fastdyn.plot.analysis.linear import roots
 

@@ -8,6 +8,7 @@ from scipy.optimize import root
 from scipy.stats import qmc
 
 from fastdyn.plot.displayed import Displayed
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -56,17 +57,13 @@ class Equilibria(Displayed):
     def __str__(self):
         return "\n".join([self.message, *(str(each) for each in self.found)])
 
+    @filled()
     def plot(self, **options) -> Any:
         """Draw the eigenvalues of all equilibria in the complex plane.
 
         Parameters
         ----------
-        **options
-            Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+        {figure}
         """
         from fastdyn.plot.analysis.linear import eigenvalues
 

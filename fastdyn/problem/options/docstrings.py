@@ -10,6 +10,24 @@ from .table import ALL_OPTIONS, OPTIONS, TOLERANCES, exact, refused_by, taken_by
 
 Public = TypeVar("Public", bound=Callable)
 WIDTH = 96
+SHARED = {  # parts of docstrings, by their words in braces
+    "figure": """**options
+    Options of ``matplotlib.pyplot.figure``, or `ax`: see `fastdyn.plot.plot`.
+
+Returns
+-------
+matplotlib.figure.Figure""",
+    "many": """args : tuple, optional
+    Each argument is an array or list of m numbers, one for each solve, or a value common to all
+    solves: a number, any object, or an array in `fastdyn.ensemble.Shared`.
+
+Returns
+-------
+OdeResult
+    With the end times `t` (m,) and the end states `y` (m, n); with `t_eval`, `t` has
+    these times, and `y` (m, n, n_times) is NaN after the end of a solve.  `nfev`, `status`,
+    `success`, `n_accepted` and `n_rejected` have shape (m,).""",
+}
 ENTRY = re.compile(r"^\*\*options\n(?: .*\n|\n(?= ))*", re.MULTILINE)
 
 
@@ -41,10 +59,11 @@ def filled(who: str = "", **words: Iterable[str]) -> Callable[[Public], Public]:
     """Replace the words in braces in a docstring by what the table knows.
 
     ``{options}`` and ``{refused}`` are the names of the options that a function takes and refuses;
-    ``{rtol}`` and ``{rtol of fit}`` are defaults.  `words` are lists of other names.
+    ``{rtol}`` and ``{rtol of fit}`` are defaults; SHARED has parts that several functions share.
+    `words` are lists of other names.
     """
     lists = {"options": taken_by(who), "refused": refused_by(who), **words}
-    known = {word: _names(names) for word, names in lists.items()}
+    known = SHARED | {word: _names(names) for word, names in lists.items()}
     for name, default in TOLERANCES.items():
         known[name] = exact(default)
         known |= {f"{name} of {other}": exact(v) for other, v in OPTIONS[name].of.items()}
