@@ -193,6 +193,15 @@ class Run(LaidOut):
         super().__init__(*given)
         self.compared = Compared(self)
 
+    def let_go(self):
+        super().let_go()
+        self.look_no_more()
+
+    def look_no_more(self):
+        """Drop what looks at the steps of a solve, which refers to its functions."""
+        self.at_looks = None
+        self.samples = None
+
     def n_first(self):
         """The most steps of the first chunk.
 

@@ -121,6 +121,7 @@ class ReadyRun:
         self._switched = None
         run.make_room()  # as long as the last output, in another plan
         plan = run.plan
+        run.look_no_more()
         for bound in run.bounds:  # nothing of the user's is kept between solves
             bound.held.take(None, ())
         words, launch = run.words()
