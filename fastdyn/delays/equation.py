@@ -183,12 +183,15 @@ class Equation:
     def _begun(self, run, problem, known):
         """The arguments of `DelayRun.begin_with`."""
         looks = _looks(problem, known)
-        keeps = self.dense_output or (self.directions is not None and problem.events is not None)
-        longest = None if keeps else self._longest(run, known)
-        return problem, known, self._starts, looks, self._slope, longest
+        return problem, known, self._starts, looks, self._slope, self._longest(run, known)
 
     def _longest(self, run, known):
-        """The longest delay of all functions; None if a delay varies, or is not known."""
+        """The longest delay of all functions; None if all steps are to be kept.
+
+        They are if a delay varies or is not known, and if they are read behind the end.
+        """
+        if self.dense_output or (self.directions is not None and self.problem.events is not None):
+            return None
         if self._given is not None or any(bound.function is None for bound in run.bounds):
             return None
         t0 = run.problem.t0
@@ -295,7 +298,8 @@ class Equation:
         values = [value for value in run.bounds[0].given if value.__class__ is not np.ndarray]
         plain = len(values) == len(run.bounds[0].given) - 1  # the words are an array
         plain = plain and NUMBERS.issuperset(map(type, values))
-        if plain and values == self._values:
+        alone = len(run.bounds) == 1  # no events, whose delays are others
+        if plain and values == self._values and alone:
             return True
         known = self._delays(run)
         if not all(delay > 0.0 for delay in known.constant):
@@ -306,6 +310,8 @@ class Equation:
             run.begin_with(*self._begun(run, problem, known))
             self._known = known
             self._make = None
+        elif not alone:
+            run.longest = self._longest(run, known)
         self._values = values if plain else None
         return True
 
@@ -329,10 +335,9 @@ class Equation:
         status = run.solve(run.problem.y0)
         before.check()
         if status != FINISHED or self.dense_output:
-            result = result_of(run.problem, status, run)
+            p = run.problem._replace(dense_output=self.dense_output)
+            result = result_of(p, status, run)
             self._tell_vanishing(result)
-            if not self.dense_output:
-                result["sol"] = None
         else:
             if self._make is None or self._make[0] is not run.plan:
                 p = run.problem._replace(dense_output=False, fun=None, args=())

@@ -108,7 +108,7 @@ class DelayRun(Run):
 
     carried: Carried | None = None
     _n_polynomials = 0  # least room
-    _longest: float | None = None
+    longest: float | None = None
 
     def begin_with(self, problem, known, starts, looks, slope, longest=None):
         """Take the problem, whose jumps the delays carry on; the past becomes that of this Run.
@@ -117,7 +117,7 @@ class DelayRun(Run):
         steps are looked at, see `kernels/output/past/steps.py`; `slope` is the derivative at the
         start, `longest` the longest delay if older steps need not be kept.  Returns the Carried.
         """
-        self._longest = longest
+        self.longest = longest
         if self.switching is not None and self.switching.follows:
             raise ValueError(
                 "`fun` switches at times that depend on components which `on_event` changes: "
@@ -253,7 +253,7 @@ class DelayRun(Run):
         """The output of the last solve."""
         if self.grown is None:
             self.grown = OnePiece(self.plan, self.memory)
-            self.grown.longest = self._longest
+            self.grown.longest = self.longest
             self.grown.run = weakref.ref(self)
         return self.grown
 

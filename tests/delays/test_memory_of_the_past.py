@@ -82,6 +82,27 @@ def test_a_function_that_asks_for_what_is_dropped_keeps_it(monkeypatch):
         assert len(found.t_events[0]) > 10
 
 
+@pytest.mark.parametrize("terminal", [False, 60])
+def test_a_solver_follows_the_delays_of_its_events(terminal, monkeypatch):
+    """The equations and their delays are those of the solve before."""
+
+    def late(t, y, past, a, b, tau, more):
+        return y[0] - past(t - more)[0]
+
+    def fun(t, y, past, a, b, tau, more):
+        return mackey_glass(t, y, past, a, b, tau)
+
+    late.terminal = terminal
+    asked = {**OPTIONS, "args": (0.2, 0.1, 14.0, 1.0), "events": late, "t_eval": TIMES}
+    monkeypatch.setattr(run, "FEW_NUMBERS", 1)
+    solver = prepare_dde(fun, (0, 1500), [0.5], **asked)
+    for more in (700.0, 3.0, 900.0):
+        args = 0.2, 0.1, 14.0, more
+        found = solver(args=args)
+        same(found, solve_dde(fun, (0, 1500), [0.5], **{**asked, "args": args}))
+        assert len(found.t_events[0]) > 10 and found.sol is None
+
+
 def test_a_past_that_grows_beyond_the_memory_is_told(monkeypatch):
     monkeypatch.setattr(run, "memory_of_machine", lambda: 2e4)
     with pytest.raises(MemoryError, match="all of them where delays depend on the time or the sta"):
