@@ -132,7 +132,8 @@ def _change(work, trial, rows, start, size, d, values):
     largest = 0.0
     for k in range(1, PLACES + 1):
         x = k / PLACES
-        polynomial(earlier, (start + x * size - trial[0]) / trial[1], values[0])
+        # Of close times the difference is exact: a number may move far within a rounding of t.
+        polynomial(earlier, (start - trial[0] + x * size) / trial[1], values[0])
         polynomial(d, x, values[1])
         total = 0.0
         for i in range(n):
