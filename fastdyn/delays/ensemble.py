@@ -289,7 +289,7 @@ class DelayTrajectories(Trajectories):
         count = len(self.event_names)
         return [[nothing if each is None else each[k] for each in of_members] for k in range(count)]
 
-    @functools.cached_property
+    @property
     def t_events(self):
         return self._by_event(self._facts.t_events, np.empty(0))
 

@@ -1,6 +1,7 @@
 """Sensitivities of a delay equation: by arguments, among them delays, and by the history."""
 
 import contextlib
+from typing import Any
 
 from fastdyn.compile.callables import Uncompilable
 from fastdyn.compile.derivatives.sensitivities import decides
@@ -109,7 +110,9 @@ def _at_events(problem, history, whole, directions):
     p = problem
     found = at_events(p, whole, directions)
     of_schedules = [None] * len(p.schedules)
-    functions = in_order([event.function for event in p.events or ()], p.schedules, of_schedules)
+    functions: Any = in_order(
+        [event.function for event in p.events or ()], p.schedules, of_schedules
+    )
     for i, function in enumerate(functions):
         if function is None:
             continue
