@@ -58,8 +58,11 @@ class Columns(Traced):
 
     @property
     def held(self):
+        if self._factors.in_batches:
+            return ()
         n, _ = self._shape
-        return held_components(self._factors.stored[:n])  # of S, none: no factor depends on S
+        of_y = self._factors.stored[:n]  # of S, none: no factor depends on S
+        return held_components(self._factors.trace.graph, of_y)
 
     def switches_by(self, slots, held=()):
         return self._factors.switches_by(slots, held)
