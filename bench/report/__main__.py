@@ -2,12 +2,13 @@
 
 import json
 
-from . import dae, figures, hybrid, stiff, switches, table, tolerance, which_method
+from . import dae, figures, gradients, hybrid, stiff, switches, table, tolerance, which_method
 from .table import RESULTS
 
 PARTS = {
     "stiff": stiff,
     "dae": dae,
+    "gradients": gradients,
     "hybrid": hybrid,
     "switches": switches,
     "tolerance": tolerance,

@@ -8,7 +8,7 @@ from importlib import metadata
 
 LIBRARIES = (
     "numba", "numpy", "scipy", "CyRK", "numbalsoda", "heyoka", "diffrax", "jax", "scikit-sundae",
-    "rebound", "sdeint", "jitcsde",
+    "casadi", "rebound", "sdeint", "jitcsde",
 )  # fmt: skip
 
 

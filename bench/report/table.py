@@ -21,7 +21,7 @@ SAME = {  # the same method by different hands: {title: (level, solvers)}
     ),
 }  # fmt: skip
 FAMILIES = ("fastdyn", "C++", "SciPy", "Hairer's", "CyRK", "numbalsoda", "heyoka", "diffrax",
-            "CVODE", "REBOUND")  # fmt: skip
+            "CVODES", "CVODE", "REBOUND")  # fmt: skip
 OF_README = (  # the problems of the README, and its columns: {head: libraries}
     ("satellite, e = 0.3", "projectile with drag", "pendulum, swinging", "building",
      "constrained pendulum", "vehicle"),

@@ -18,6 +18,9 @@ A module here has one or more of:
     ``{name: prepare}`` for a `problems.daes.Dae`, with tolerances as for `stiff`.
 ``hybrid(hybrid)``
     ``{name: prepare}`` for a `problems.hybrids.Hybrid`, with rtol = atol = tol.
+``gradients(gradient)``
+    ``{name: prepare}`` for a `problems.gradients.Gradient`, with rtol = atol = tol; the function
+    returns the derivatives by the parameters.
 ``orbits(orbit)``
     ``{name: make}``; ``make()`` puts a satellite at its start and returns ``go(t)``, which carries
     it on to t and returns [x, y, vx, vy].
@@ -38,7 +41,8 @@ MAX_STEPS = 10**6  # for those that would follow a fall into the planet for ever
 MANY_RTOL, MANY_ATOL = 1e-6, 1e-9
 LEAPFROG_STEPS = 400  # an orbit
 NAMES = (
-    "fastdyn", "cpp", "scipy", "cyrk", "numbalsoda", "heyoka", "diffrax", "sundae", "rebound"
+    "fastdyn", "cpp", "scipy", "cyrk", "numbalsoda", "heyoka", "diffrax", "sundae", "casadi",
+    "rebound",
 )  # fmt: skip
 
 
@@ -77,6 +81,11 @@ def dae(given):
 def hybrid(given):
     """{name: prepare} of everything that is installed and can act between two steps."""
     return _joined("hybrid", given)
+
+
+def gradients(given):
+    """{name: prepare} of everything that is installed and has derivatives by parameters."""
+    return _joined("gradients", given)
 
 
 def orbits(orbit):

@@ -12,6 +12,7 @@ from . import MAX_STEPS
 
 jax.config.update("jax_enable_x64", True)
 METHODS = ("Dopri5", "Tsit5", "Dopri8")
+GRADIENT_STEPS = 4096  # diffrax's default: more take more checkpoints
 FIRST_CALL = {
     "diffrax": (
         "import diffrax, jax, jax.numpy as jnp",
@@ -149,3 +150,33 @@ def _hybrid(h, solve, tol):
     y0, d0 = jnp.array(h.y0, dtype=float), jnp.array(h.d0, dtype=float)
     solve(y0, d0, tol).block_until_ready()
     return lambda: np.asarray(solve(y0, d0, tol).block_until_ready())
+
+
+def gradients(given):
+    """Reverse mode through the steps, with checkpoints, and forward mode; both jitted."""
+    modes = {
+        "backward": (jax.grad, diffrax.RecursiveCheckpointAdjoint()),
+        "forward": (jax.jacfwd, diffrax.ForwardMode()),
+    }
+    return {
+        f"diffrax {name}, {mode}": functools.partial(_gradient, given, name, *how)
+        for name in METHODS
+        for mode, how in modes.items()
+    }
+
+
+def _gradient(given, name, derivative, adjoint, tol):
+    rates = given.arrays(jnp) if given.arrays else given.terms
+    stacked = rates if given.arrays else lambda t, y, p: jnp.stack(rates(t, y, p))
+    weights, y0, p = jnp.array(given.weights), jnp.array(given.y0, float), jnp.array(given.p)
+
+    @jax.jit
+    @derivative
+    def solve(p):
+        return weights @ diffrax.diffeqsolve(
+            diffrax.ODETerm(stacked), getattr(diffrax, name)(), 0.0, given.end, None, y0, p,
+            max_steps=GRADIENT_STEPS, throw=False, adjoint=adjoint, saveat=diffrax.SaveAt(t1=True),
+            stepsize_controller=diffrax.PIDController(rtol=tol, atol=tol),
+        ).ys[-1]  # fmt: skip
+
+    return lambda: np.asarray(solve(p).block_until_ready())

@@ -164,6 +164,35 @@ def hybrid(given):
     return made | {"fastdyn RK45 by solve_ivp": plain}
 
 
+def gradients(given):
+    """Backward by `vjp`, and forward by `sensitivity`, through the plain call."""
+    fun = given.arrays(np) if given.arrays else given.terms
+    options = {"t_span": (0.0, given.end), "y0": given.y0, "t_eval": [given.end]}
+    g = given.weights[:, None]
+
+    def solved(method, tol, **derivatives):
+        return fastdyn.solve_ivp(
+            fun, method=method, args=(given.p,), rtol=tol, atol=tol, **options, **derivatives
+        )
+
+    def backward(method, tol):
+        return lambda: solved(method, tol, adjoint="p").vjp(g)["p"]
+
+    def forward(method, tol):
+        return lambda: (
+            given.weights @ solved(method, tol, sensitivity="p").sensitivity["p"][..., -1]
+        )
+
+    found = {
+        f"fastdyn {name}, backward": functools.partial(backward, name)
+        for name in ("Tsit5", "DOP853", "Vern7", "Vern9")
+    }
+    return found | {
+        f"fastdyn {name}, forward": functools.partial(forward, name)
+        for name in ("RK45", "DOP853", "Vern9", "Taylor")
+    }
+
+
 def _on_the_ground(t, y, d):
     return y[0]
 

@@ -176,3 +176,30 @@ def _hybrid(h, options, tol):
         return run.state.copy()
 
     return solve
+
+
+def gradients(given):
+    """Its variational equations, forward, by all parameters."""
+    return {
+        f"{name}, forward": functools.partial(_gradient, given, options)
+        for name, options in MODES.items()
+    }
+
+
+def _gradient(given, options, tol):
+    n, m = len(given.y0), len(given.p)
+    y = hy.make_vars(*(f"y{i}" for i in range(n)))
+    rates = given.terms(hy.time, y, [hy.par[j] for j in range(m)])
+    system = hy.var_ode_sys(list(zip(y, rates, strict=True)), hy.var_args.params, order=1)
+    start = [float(each) for each in given.y0]
+    run = hy.taylor_adaptive(system, start, tol=tol, pars=list(given.p), **options)
+    at_first = run.state.copy()
+    rows = [run.get_vslice(order=1, component=i) for i in range(n)]
+
+    def solve():
+        run.time, run.state[:] = 0.0, at_first
+        run.propagate_until(given.end, max_steps=MAX_STEPS)
+        derivatives = np.array([run.state[row] for row in rows])
+        return given.weights @ derivatives
+
+    return solve
