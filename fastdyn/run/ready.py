@@ -34,7 +34,7 @@ from .stiffness import MANY
 WHOLE = {int}
 FEW_WORDS = 2**14  # memory up to this size is used for all solves, and results are copies
 LOOK_EVERY = 32  # solves after which a faster kernel may take over
-FEWEST_BY_BUILTIN = 16  # solves until a comparison; the first builtin of a process takes 1 ms
+FEWEST_BY_BUILTIN = 16  # solves until a comparison; the first of a process takes 27 ms
 ENDS = {FINISHED: (0, SUCCESS), EVENT: (1, TERMINATED)}  # of plain solves
 
 
