@@ -31,7 +31,9 @@ def alone(i, history, more):
 @pytest.mark.parametrize("threads", [1, 3])
 @pytest.mark.parametrize("history", [[1.0, 0.0], moving], ids=["constant", "function"])
 @pytest.mark.parametrize(
-    "more", [{}, {"t_eval": [4.0, 7.0]}, {"events": passes}, {"method": "Rodas5P"}], ids=str
+    "more",
+    [{}, {"t_eval": [4.0, 7.0]}, {"events": passes}, {"method": "Rodas5P"}],
+    ids=["ends", "outputs", "events", "stiff"],
 )
 def test_trajectories_equal_single_solves(more, history, threads):
     found = solve_dde_ensemble(
