@@ -1,4 +1,4 @@
-"""Compiles the exact Jacobian of a traced function: the entries that are not zero everywhere.
+"""Compiles the exact Jacobian of a traced function: the entries that are not always zero.
 
 The Jacobian is called like the function, ``jacobian(t, y, n, block, out)``, with the function's
 block.  Where the function raises, the entries are meaningless.
@@ -11,6 +11,7 @@ import numpy as np
 from fastdyn.trace.graph.derivatives import jacobian as derivatives
 from fastdyn.trace.graph.derivatives import time_derivative
 from fastdyn.trace.graph.expressions import is_zero
+from fastdyn.trace.graph.signs import signed
 
 from ..functions import Function
 from ..mode import ENTRIES
@@ -46,8 +47,12 @@ def jacobian(function, time=False):
 
 def _compiled(traced, time):
     graph = traced.trace.graph
-    rows, columns, nodes = derivatives(graph, traced.stored, traced.n)
-    by_time = time_derivative(graph, traced.stored) if time else []
+    outputs = signed(graph, traced.stored)  # the slope of x / |x| is 0 at 0, too, not NaN
+    rows, columns, nodes = derivatives(graph, outputs, traced.n)
+    by_time = time_derivative(graph, outputs) if time else []
+    if not nodes:  # differences would take a jump of the function, as at a relay, for a slope
+        rows = columns = np.zeros(min(1, traced.n), np.int64)
+        nodes = [graph.const(0.0)] * len(rows)
     function = traced.with_outputs(nodes + by_time, ENTRIES, traced.n, graph.false).compiled()
     autonomous = all(map(is_zero, by_time))
     return Jacobian(function, rows, columns, time, autonomous, len(nodes) + len(by_time))

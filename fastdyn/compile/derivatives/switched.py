@@ -11,7 +11,8 @@ from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.graph.refusal import Refusal, Untraceable
-from fastdyn.trace.graph.switches import LARGEST, MOST, forced, hybrid, switches, with_signs
+from fastdyn.trace.graph.signs import forced, with_signs
+from fastdyn.trace.graph.switches import LARGEST, MOST, hybrid, switches
 from fastdyn.trace.operations import OPERATIONS
 from fastdyn.trace.reads.reads import flat
 

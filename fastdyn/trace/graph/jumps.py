@@ -6,6 +6,7 @@ from ..operations import OPERATIONS
 from ..operations.value import by_rule
 from .evaluate import evaluate
 from .expressions import live
+from .signs import signed
 
 HALVINGS = 60  # more than the 53 bits of a time
 AT_THE_END = 1e-9  # fraction of a step
@@ -19,7 +20,7 @@ def decisions(graph, outputs, slots, in_time=False):
     """
     found = []
     depends = set()
-    for node in live(outputs):
+    for node in live(signed(graph, outputs)):
         own = node.op in ("y", "of_past", "of_slope") or (node.op == "par" and node.data in slots)
         own = own or (in_time and node.op == "t")
         if not own and not any(a.key in depends for a in node.args):
@@ -63,7 +64,7 @@ def first_jump(graph, outputs, nodes, times, solution, values):
         high = np.where(same, high, middle)
     both = np.array([at(low, outputs)[0], at(high, outputs)[0]])
     with np.errstate(invalid="ignore"):
-        rise = np.abs(both[1] - both[0]).max(axis=0)
+        rise = np.fmax.reduce(np.abs(both[1] - both[0]))  # a slope at the jump may be NaN
         along = np.abs(np.concatenate([*both, at(times, outputs)[0]], axis=1))
     jumps = rise > TOLERANCE * along[np.isfinite(along)].max(initial=0.0)
     # An event may have ended the solution at a change.

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 from .derivatives import partials
 from .expressions import live
 from .jumps import decisions
+from .signs import forced
 
 AT_REST = 1e-9  # share of f+ in the average with which a solution that rests leaves a switch
 BEYOND = 1.0  # the average is smooth up to this share beyond f+ and f-: events locate its end
 MOST = 3  # switches of a function; each makes three formulas of one
 LARGEST = 20_000  # most formulas
-GUARD = 1e-9  # of an absolute value in a quotient; beyond, |x| / x rests in a zone of this width
 
 
 class Switch(NamedTuple):
@@ -57,47 +57,6 @@ def switches(graph, outputs, n):
     return [_with_rates(graph, switch, outputs, n) for switch in found.values()]
 
 
-def with_signs(graph, outputs):
-    """The outputs with each x / |x| and |x| / x as a choice by the sign of x, as of np.sign.
-
-    The absolute value is ``abs(x)`` or ``sqrt(x * x)``.  A choice by whether |x| is above a number
-    up to GUARD, which keeps the quotient from 0 / 0, becomes one by whether x is not 0.
-    """
-    of_abs = {node.key: x for node in live(outputs) if (x := _inside(node)) is not None}
-    replaced = {}
-    zero = graph.const(0.0)
-    for node in live(outputs):
-        if node.op == "div":
-            for x, other in (node.args, node.args[::-1]):
-                if of_abs.get(other.key) is x:
-                    behind = graph.select(graph.compare(zero, x, "lt"), graph.const(1.0), zero)
-                    below = graph.compare(x, zero, "lt")
-                    replaced[node.key] = graph.select(below, graph.const(-1.0), behind)
-        elif node.op in ("lt", "le") and _is_guard(node, of_abs):
-            less, more = node.args
-            x = of_abs.get(less.key, of_abs.get(more.key))
-            if x is not None:
-                still = graph.compare(x, zero, "eq")
-                replaced[node.key] = still if less.key in of_abs else graph.negation(still)
-    if not any(node.key in replaced for node in live(outputs) if node.op == "div"):
-        return outputs
-    return forced(graph, outputs, {}, replaced)
-
-
-def _is_guard(node, of_abs):
-    """Whether a comparison is one of an absolute value with a number up to GUARD."""
-    constants = [a.data for a in node.args if a.op == "const"]
-    return len(constants) == 1 and 0.0 <= constants[0] <= GUARD
-
-
-def _inside(node):
-    """The x of abs(x) and of sqrt(x * x); None for other nodes."""
-    (inner,) = node.args if node.op in ("abs", "sqrt") else (None,)
-    if node.op == "abs" or inner is None:
-        return inner
-    return inner.args[0] if inner.op == "mul" and inner.args[0] is inner.args[1] else None
-
-
 def _comparisons(conditions):
     """The comparisons of which conditions are made."""
     found = {}
@@ -125,19 +84,6 @@ def rate(graph, switch, side):
     """The derivative of the difference of a switch along the derivatives `side` of the state."""
     *slope, by_time = switch.slope
     return graph.sum([*map(graph.mul, slope, side), by_time])
-
-
-def forced(graph, nodes, truths, replaced=None):
-    """The nodes with some conditions given: `truths` by key, or other nodes in `replaced`."""
-    new = {key: graph.true if truth else graph.false for key, truth in truths.items()}
-    new.update(replaced or {})
-    for node in live(nodes):
-        if node.key in new:
-            continue
-        args = [new[a.key] for a in node.args]
-        same = all(one is other for one, other in zip(args, node.args, strict=True))
-        new[node.key] = node if same else graph.call(node.op, *args, data=node.data)
-    return [new[node.key] for node in nodes]
 
 
 class Hybrid(NamedTuple):

@@ -14,7 +14,7 @@ where equal pieces of a table meet, the derivatives by the pieces jump.
 import numpy as np
 
 from ..graph.expressions import is_zero, live
-from ..graph.switches import forced
+from ..graph.signs import forced
 from ..graph.values import ranges_of
 from . import divisions
 from .decided import FAR, Candidates, Times, decided

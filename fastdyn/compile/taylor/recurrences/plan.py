@@ -4,6 +4,7 @@ import math
 from collections import Counter
 
 from fastdyn.trace.graph.refusal import refused_as
+from fastdyn.trace.graph.signs import signed
 from fastdyn.trace.operations import OPERATIONS
 
 from . import deceptive
@@ -67,7 +68,7 @@ class Plan:
         self.one, self.scaled = graph.const(1.0), Scaled(self.rewrite)
         self.uses: Counter = Counter()
         self.switch: dict = {}
-        roots = [self.scaled(self.rewrite(node)) for node in outputs]
+        roots = [self.scaled(self.rewrite(node)) for node in signed(graph, outputs)]
         self.raising = self.rewrite(raising)
         others = [self.switch[node.key][1] for node in self._compared(self.raising)]
         cores = self._cores([core for _, core in roots] + others)
