@@ -376,9 +376,9 @@ def _looks(problem, known):
     p = problem
     looks = SHORT if known.varying or shorter_than_steps(known.constant, p) else 0
     unseen = known.varying or known.derivatives or known.decides  # jumps may be
-    if p.method.name not in STIFF:  # of which residuals are not small where errors are
+    if p.method.name != COUPLED:  # of which residuals are not small where errors are
         looks |= RESIDUALS if unseen else GROWN
-    if p.method.name == COUPLED and (known.constant or known.varying):
+    elif known.constant or known.varying:
         looks |= STAGES
     return looks
 

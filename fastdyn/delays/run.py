@@ -20,7 +20,7 @@ from fastdyn.run.loop import Run
 from fastdyn.run.memory import plan
 from fastdyn.run.resume import checkpoint_of
 from fastdyn.specialise import rare
-from fastdyn.specialise.scalar import dense_rows_kernel, within_past_kernel
+from fastdyn.specialise.scalar import dense_rows_kernel, residual_filter_kernel, within_past_kernel
 
 from .past import history_of
 from .points import Carried
@@ -141,7 +141,7 @@ class DelayRun(Run):
         rows = K + p.method.n_rows
         n = len(p.y0)
         polynomial = self.plan.arrays["output.d"][3][1] * n
-        self._own_past = np.zeros(2 + 2 * polynomial + 3 * n + STATE.itemsize // 8 + rows * n)
+        self._own_past = np.zeros(2 + 2 * polynomial + 4 * n + STATE.itemsize // 8 + rows * n)
         self._rare = np.zeros(PAST_OF_RARE + 1, np.int64)
         self._rare[PAST_OF_RARE] = address_of(self.laid_out)
         self.laid_out[words.PAST_SLACK] = SLACK * np.max(p.rtol)
@@ -149,6 +149,8 @@ class DelayRun(Run):
         whole[words.PAST_TRIAL] = address_of(self._own_past)
         whole[words.PAST_LOOKS] = looks
         whole[words.PAST_DENSE_ROWS] = dense_rows_kernel(p.method.name).address
+        by_matrix = p.method.backward == "rosenbrock"
+        whole[words.PAST_FILTER] = residual_filter_kernel().address if by_matrix else 0
         whole[words.PAST_FSAL] = p.method.fsal_stage
         whole[words.PAST_N_ROWS] = rows
         whole[words.PAST_COUPLED] = words.COUPLED * (p.method.name == "Radau")

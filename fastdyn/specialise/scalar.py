@@ -193,6 +193,7 @@ code_store.OFFERED[SOLUTION] = kernel_for_all("solution")
 past_kernel = kernel_for_all("past")
 code_store.OFFERED[PAST] = past_kernel
 within_past_kernel = kernel_for_all("within past")
+residual_filter_kernel = kernel_for_all("residual filter")
 both_of_pair = kernel_for_all("both of a pair")
 decide_kernel = kernel_for_all("decide")
 sparse_kernels = {  # by the kind of the numbers

@@ -226,14 +226,16 @@ class Launch(NamedTuple):
 # were; how steps are looked at (SHORT and so on); by how much, as a share of the time, a time may
 # be later than that of the equations, as which it counts then; the addresses of two kernels of the
 # method, its stage of the slope, its rows; whether the stages of the method are coupled with the
-# polynomial.  From PAST_HINT on, the last polynomial of each place that reads the past.
+# polynomial; the address of the kernel that filters residuals, or 0.  From PAST_HINT on, the last
+# polynomial of each place that reads the past.
 PAST_D, PAST_SPANS, PAST_COUNT, PAST_NOW, PAST_ROWS, PAST_N, PAST_T0, PAST_BEGINS = range(8)
 PAST_OBJECT, PAST_Y0, PAST_ROOM, PAST_HISTORY = range(8, 12)
 PAST_TRIAL = PAST_HISTORY + 2
 PAST_OPEN, PAST_ASKED, PAST_LOOKS, PAST_SLACK = range(PAST_TRIAL + 1, PAST_TRIAL + 5)
 PAST_ADVANCE, PAST_DENSE_ROWS, PAST_FSAL, PAST_N_ROWS = range(PAST_TRIAL + 5, PAST_TRIAL + 9)
 PAST_COUPLED = PAST_TRIAL + 9
-PAST_HINT = PAST_TRIAL + 10
+PAST_FILTER = PAST_TRIAL + 10
+PAST_HINT = PAST_TRIAL + 11
 PAST_PLACES = 8  # places with a hint of their own
 PAST_WORDS = PAST_HINT + PAST_PLACES
 COUPLED = 1  # in PAST_COUPLED: the stages are coupled with the past within the step

@@ -55,17 +55,15 @@ def infected(method, rtol):
     before = [2.9e-16, 0, 0, 0, a[18], a[23], a[28], a[32], a[36], a[37] * a[36] / a[39]]
     found = solve_dde(hepatitis, (0, 130), before, method, rtol=rtol, atol=1e-20 * rtol)
     assert found.success, found.message
+    assert len(found.t) < 20_000  # Rodas5P took 139 000 at 1e-8 while pivots had mixed units
     return found.y[:, -1]
 
 
 @pytest.mark.parametrize("rtol", 10.0 ** -np.arange(3, 11))
 def test_hepatitis_b(rtol):
-    """Radau beside its own tighter solution, and beside Rodas5P up to 1e-6, which has other steps.
-
-    (Below, Rodas5P takes 10 000 steps and more.)
-    """
+    """Radau and Rodas5P, which has other steps, beside a tighter solution of Radau."""
     exact = infected("Radau", 1e-11)
-    for method in STIFF[: 2 if rtol >= 9e-7 else 0] or ("Radau",):
+    for method in STIFF:
         error = np.abs(infected(method, rtol) - exact) / (1e-20 + np.abs(exact))
         assert error.max() < TENFOLD * rtol, method
 
@@ -92,16 +90,22 @@ def threshold(t, y, past, t0, t1, least):
 CASES = {"RADAR5": (5e-6, (35.0, 197.0, 0.0)), "steep": (7.5e-5, (32.0, 119.0, 1e-12))}
 
 
-@functools.cache
-def immune(case, method, rtol, more=0.0):
-    """The state at t = 300; `more` is a change of the antigen at the start, as a share."""
+def solved(case, method, rtol, more=0.0):
+    """The result to t = 300; `more` is a change of the antigen at the start, as a share."""
     antigen, args = CASES[case]
     start = [antigen * (1.0 + more), 1e-15, 0.0, 0.0, 0.0, 0.0]
     atol = np.array([1e-12, 1e-12, 1e-12, 1e-12, 1.0, 1.0]) * rtol
-    found = solve_dde(
+    return solve_dde(
         threshold, (0, 300), start, method, args=args, rtol=rtol, atol=atol, max_steps=20_000
     )
+
+
+@functools.cache
+def immune(case, method, rtol, more=0.0):
+    """The state at t = 300."""
+    found = solved(case, method, rtol, more)
     assert found.success, found.message
+    args = CASES[case][1]
     assert set(args[:2]) <= set(found.t.round(9).tolist())  # of SciPy's methods, too
     return found.y[:, -1]
 
@@ -113,10 +117,27 @@ def test_waltmans_thresholds(case, method):
 
     By how much an error at the start grows, another start tells.
     """
+    # The start, 1e-15, has an absolute tolerance of 1e-12 rtol.  Other methods err by less.
+    start = 1e-12 / 1e-15 if method == "Rodas5P" else 0.0
+    for rtol in (1e-7, 1e-9):
+        assert share_of(case, immune(case, method, rtol), start) < TENFOLD * rtol
+
+
+def share_of(case, found, start=0.0):
+    """The largest error but that of the antigen, 1e-16, which is below its tolerance."""
     exact = immune(case, "Vern9", 1e-11)
     grown = np.abs(immune(case, "Vern9", 1e-11, 1e-6) / exact - 1) / 1e-6
     antigen, args = CASES[case]
     late = 5e4 * antigen * 0.8 * (args[1] + 300.0)
-    for rtol in (1e-7, 1e-9):
-        error = np.abs(immune(case, method, rtol) / exact - 1) / (1 + grown + late)
-        assert error[1:].max() < TENFOLD * rtol  # the antigen, 1e-16, is below its tolerance
+    return (np.abs(found / exact - 1) / (1 + start + grown + late))[1:].max()
+
+
+def test_a_rise_that_looks_like_a_fast_decay_at_its_start():
+    """Behind t0 the sum of times is sqrt(8 (t - t0)): Rodas5P stepped over, 70 days at once.
+
+    With a tolerance of 1e-3, that of the receptors is their start, and no answer is found.
+    """
+    for rtol in (1e-4, 1e-5):
+        assert share_of("RADAR5", immune("RADAR5", "Rodas5P", rtol)) < TENFOLD * rtol
+    found = solved("RADAR5", "Rodas5P", 1e-3)
+    assert not found.success or share_of("RADAR5", found.y[:, -1]) < TENFOLD * 1e-3

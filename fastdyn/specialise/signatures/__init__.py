@@ -48,6 +48,7 @@ KERNELS = Kernels(0, 0, 0, 0, 0, 0.0, 0, 0, 0, 0)
 
 FUNCTION = types.none(*FORM)  # the form of a user's function
 ADVANCE = kernel_of(*SOLVE, 0)
+FILTER = kernel_of(*SOLVE, 0.0, TABLE)  # of residuals
 SERIES = kernel_of(*SOLVE, 0, 0, ROW, WORDS)
 SERIES_IN_LANES = kernel_of(STATES, TABLE, TABLE, WORDS, 0, 0, 0, ROW, WORDS)
 ADVANCE_VECTORS = kernel_of(STATES, TABLE, TABLE, WORDS, 0)

@@ -125,6 +125,16 @@ def _go_back(state, work, words, kept):
 
 
 @njit(**INTERNAL)
+def size_of(work, state, difference):
+    """The root of the mean square of a difference, in units of the tolerance; inf for NaN."""
+    total = 0.0
+    for i in range(len(state)):
+        x = difference[i] / (work[ATOL, i] + work[RTOL, i] * abs(state[i]))
+        total += x * x
+    return np.sqrt(total / len(state)) if total == total else np.inf
+
+
+@njit(**INTERNAL)
 def _change(work, trial, rows, start, size, d, values):
     """The largest difference of two polynomials within a step, in units of the tolerance."""
     n = work.shape[1]
@@ -135,36 +145,37 @@ def _change(work, trial, rows, start, size, d, values):
         # Of close times the difference is exact: a number may move far within a rounding of t.
         polynomial(earlier, (start - trial[0] + x * size) / trial[1], values[0])
         polynomial(d, x, values[1])
-        total = 0.0
         for i in range(n):
-            scale = work[ATOL, i] + work[RTOL, i] * abs(values[1, i])
-            difference = (values[1, i] - values[0, i]) / scale
-            total += difference * difference
-        largest = max(largest, np.sqrt(total / n)) if total == total else np.inf
+            values[0, i] = values[1, i] - values[0, i]
+        largest = max(largest, size_of(work, values[1], values[0]))
     return largest
 
 
 @njit(**INTERNAL)
-def _residual(s, work, block, d, values):
+def _residual(state, work, block, words, d, values):
     """The largest of h |P' - f(t, P)| at the samples, in units of the tolerance.
 
     Where a jump is within the step, as of a past that a varying delay has passed, the residual is
-    as large as the jump, and the estimate of a method may not see it.
+    as large as the jump, and the estimate of a method may not see it.  In stiff components, a
+    residual is far larger than the error that it makes, which the filter of the method estimates.
     """
+    s = state[0]
     n = work.shape[1]
     h = s.t - s.t_old
     largest = 0.0
     for x in SAMPLES:
+        t = s.t_old + x * h
         polynomial(d, x, values[0])
         slope_of_polynomial(d, x, h, 0, values[1])
-        by_pointer(s.t_old + x * h, values[0], block, values[2])
+        by_pointer(t, values[0], block, values[2])
         s.n_extra += 1
-        total = 0.0
         for i in range(n):
-            scale = work[ATOL, i] + work[RTOL, i] * abs(values[0, i])
-            residual = h * (values[2, i] - values[1, i]) / scale
-            total += residual * residual
-        largest = max(largest, np.sqrt(total / n)) if total == total else np.inf
+            values[2, i] = h * (values[2, i] - values[1, i])
+        size = size_of(work, values[0], values[2])
+        if words[past.PAST_FILTER] != 0 and LARGEST < size < np.inf:
+            falls = invoke(words[past.PAST_FILTER], (state, work, block, t, values))
+            size = size_of(work, values[0], values[3]) if falls == 1 else np.inf
+        largest = max(largest, size)
     return largest
 
 
@@ -199,14 +210,15 @@ def _between_stages(s, work, words, d):
 
 
 @njit(**INTERNAL)
-def _shortened(s, work, block, words, d, values):
+def _shortened(state, work, block, words, d, values):
     """The factor by which a converged step must be shortened for its polynomial; 1 if it need not.
 
     Bounds the next step by the error between the stages, if that is looked at.
     """
+    s = state[0]
     looks = words[past.PAST_LOOKS]
     if looks & past.GROWN != 0 and _grows(words, s.t - s.t_old):
-        if _residual(s, work, block, d, values) > OF_GROWN:
+        if _residual(state, work, block, words, d, values) > OF_GROWN:
             return SHORTER
     if looks & past.STAGES != 0:
         error = _between_stages(s, work, words, d)
@@ -214,8 +226,9 @@ def _shortened(s, work, block, words, d, values):
         if error > 1.0:
             return max(SHORTER, factor)
         s.h = min(s.h, factor * (s.t - s.t_old))
-    if looks & past.RESIDUALS != 0 and _residual(s, work, block, d, values) > LARGEST:
-        return SHORTER
+    if looks & past.RESIDUALS != 0:
+        if _residual(state, work, block, words, d, values) > LARGEST:
+            return SHORTER
     return 1.0
 
 
@@ -232,10 +245,10 @@ def advance(state, work, block, n_steps):
     size_of_trial = 2 + rows * n
     address = words[past.PAST_TRIAL]
     trial = carray(numbers_at(address), (size_of_trial,))
-    values = carray(numbers_at(address + 8 * size_of_trial), (3, n))
-    d = carray(numbers_at(address + 8 * (size_of_trial + 3 * n)), (rows, n))
+    values = carray(numbers_at(address + 8 * size_of_trial), (4, n))
+    d = carray(numbers_at(address + 8 * (size_of_trial + 4 * n)), (rows, n))
     kept = carray(
-        numbers_at(address + 8 * (size_of_trial + (3 + rows) * n)),
+        numbers_at(address + 8 * (size_of_trial + (4 + rows) * n)),
         (N_STATE + words[past.PAST_N_ROWS] * n,),
     )
     words[past.PAST_COUPLED] |= past.STEPPING
@@ -266,7 +279,7 @@ def advance(state, work, block, n_steps):
         if converged:
             if iterations > SLOW:
                 s.h = min(s.h, h)
-            factor = _shortened(s, work, block, words, d, values)
+            factor = _shortened(state, work, block, words, d, values)
             if factor == 1.0 or block[RAISED_WORD] != 0:
                 break
         else:
