@@ -105,3 +105,27 @@ def test_rodas5p_leaves_a_relay_whose_slope_is_zero_on_both_sides(rtol):
     solve = prepare(relay, (0, 6), [0.7], method="Rodas5P", rtol=rtol, atol=1e-3 * rtol)
     end = 1.0 - (6.0 - 10.0 / 3.0) + 0.15 * (36.0 - 100.0 / 9.0)
     assert abs(solve().y[0, -1] - end) < 1000.0 * rtol
+
+
+RANDOM = (
+    lambda t, y, s, a, b, c, w: [y[1], -a * s(y[0] - b)],
+    lambda t, y, s, a, b, c, w: [y[1], -y[0] - 0.5 * b * s(y[1]) + c * np.cos(w * t)],
+    lambda t, y, s, a, b, c, w: [-a * s(y[0]) + c * t, y[0] - b * s(y[1] - c)],
+    lambda t, y, s, a, b, c, w: [y[1], -(a + b) * s(y[0]) - b * s(y[1])],
+)
+
+
+@pytest.mark.hunt
+@pytest.mark.parametrize("name", SIGNS)
+def test_random_jumps_in_each_spelling(name):
+    """Radau takes tanh(x / 1e-6), whose solution differs from that of the jump by some 1e-6."""
+    rng = np.random.default_rng(list(SIGNS).index(name))
+    ways = (("auto", SIGNS[name], 1e-5), ("Radau", lambda x: np.tanh(x / 1e-6), 1e-8))
+    for fun in RANDOM * 4:
+        numbers = rng.uniform([1.5, 0.3, 0.2, 0.5], [3.0, 1.2, 1.5, 3.0])
+        y0 = rng.uniform(0.3, 1.3, 2)
+        run, right = (
+            solve_ivp(fun, (0, 2), y0, method, args=(s, *numbers), rtol=rtol, atol=1e-3 * rtol)
+            for method, s, rtol in ways
+        )
+        assert run.success and run.y[:, -1] == pytest.approx(right.y[:, -1], abs=1e-4)
