@@ -1,7 +1,7 @@
 """Square matrices whose size is known at run time only: factors P A = L U, and solutions.
 
 Matrices are stored by columns: ``a[j * ld + i]`` is the element in row i and column j, so that
-all loops run along the memory.  Pivots are LAPACK's, the largest element of a column, or weighed;
+all loops run along the memory.  Pivots are LAPACK's: the largest element of a column;
 ``pivots[k]`` is the row exchanged with row k.  For a singular matrix, U has a zero on its diagonal,
 and solutions are infinite or NaN.
 
@@ -68,30 +68,18 @@ def exchange(column, p, ld, count):
 @njit(**INTERNAL)
 def factorise(a, ld, pivots, n, lower, upper):
     """Replace a matrix by L and U, with the reciprocals of the diagonal of U."""
-    for i in range(n):
-        pivots[i] = 1.0
-    factorise_weighed(a, ld, pivots, n, lower, upper)
-
-
-@njit(**INTERNAL)
-def factorise_weighed(a, ld, pivots, n, lower, upper):
-    """`factorise` with pivots that are the largest elements times the weights of their rows.
-
-    The row of pivots has the weights.
-    """
     end = 0  # of the columns that have elements above row k: the exchanges alone widen the band
     for k in range(n):
         below = min(n - k, 1 + lower)
         column = after(a, k * ld + k)  # from the diagonal on, so that no index needs a test for < 0
         largest = 0.0
         for i in range(1, below):
-            size = abs(column[i]) * pivots[k + i]
+            size = abs(column[i])
             largest = size if size > largest else largest
         p = 0
-        if largest > abs(column[0]) * pivots[k]:
-            while abs(column[p]) * pivots[k + p] != largest:
+        if largest > abs(column[0]):
+            while abs(column[p]) != largest:
                 p += 1
-        pivots[k + p] = pivots[k]
         pivots[k] = k + p
         end = max(end, min(n, k + p + upper + 1))
         right = end - k

@@ -35,10 +35,9 @@ from ..calls.block import (
 from ..calls.calling_convention import invoke
 from ..calls.user_function import words_at
 from ..jit.options import INTERNAL, njit
-from ..state.record import ATOL, RTOL, Y
 from ..state.rows import after, numbers_from
 from . import lapack
-from .factorise import add_matrix_product, factorise_weighed, solve
+from .factorise import add_matrix_product, factorise, solve
 from .lapack import call_routine
 from .mass import add_mass
 
@@ -153,12 +152,7 @@ def _eliminate(s, work, block, first, to, pivots, a, b, ld, base):
     lower = s.lower
     upper = s.upper
     sum_ = put_sum(work, block, first, to, a, b, ld, base, lower, upper)
-    # Pivots are the largest in units of the tolerance: rows of other units would else be mixed, and
-    # roundings of large components be errors of small ones.
-    for i in range(n):
-        scale = work[ATOL, i] + work[RTOL, i] * abs(work[Y, i])
-        work[pivots, new_number(block, i)] = 1.0 / scale if scale > 0.0 else 1.0
-    factorise_weighed(sum_, ld, work[pivots], n, lower, upper)
+    factorise(sum_, ld, work[pivots], n, lower, upper)
     for j in range(n):
         if not np.isfinite(after(sum_, j * ld)[j]):
             return False
