@@ -7,7 +7,7 @@ import numpy as np
 from fastdyn.kernels.state.record import INTERRUPTED
 
 # The columns of `counts`, which `kernels/ensemble/scheduler.py` writes.
-COUNTS = "n_accepted", "n_rejected", "n_extra", "n_times"
+COUNTS = "n_accepted", "n_rejected", "n_extra", "n_times", "n_standing"
 COUNTED = np.dtype([(name, "i8") for name in COUNTS])
 
 

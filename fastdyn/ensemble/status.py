@@ -13,7 +13,7 @@ from fastdyn.kernels.state.record import (
     STEP_LIMIT,
     STEP_TOO_SMALL,
 )
-from fastdyn.run.functions.crawling import MOST
+from fastdyn.run.functions.crawling import MOST, counts_beyond
 from fastdyn.run.matrices.inconsistent import Inconsistent
 from fastdyn.run.outcome import LEFT, OF_ACTIONS, OF_EACH, SUCCESS, TERMINATED, TOO_SMALL
 from fastdyn.run.outcome import SENTENCES as IN_WORDS
@@ -58,14 +58,16 @@ def what_raised(members, problem, i):
 
 
 def tell_crawl(members, problem, results):
-    """Warn of the trajectory with the most steps if they crawl along a switch.
+    """Warn of a trajectory with wrong steps, or of that with the most steps if they crawl.
 
     The first steps of the trajectory are taken once more, alone.
     """
-    n_steps = results.counted()["n_accepted"]
-    if problem.mode.residual or not len(n_steps) or n_steps.max() < MOST:
+    counts = results.counted()
+    n_steps = counts["n_accepted"]
+    wrong = counts["n_standing"] * counts_beyond(problem)
+    if problem.mode.residual or not (wrong.any() or n_steps.max(initial=0) >= MOST):
         return
-    i = int(np.argmax(n_steps))
+    i = int(np.argmax(wrong if wrong.any() else n_steps))
     if results.status[i] == RAISED:
         return
     p = of_member(problem, members, i)

@@ -22,6 +22,7 @@ from fastdyn.kernels.state.record import (
 )
 
 from .functions.compared import Compared
+from .functions.crawling import counts_beyond
 from .laid_out import LaidOut
 from .resume import checkpoint_of, from_arrays, to_arrays
 
@@ -185,6 +186,7 @@ class Run(LaidOut):
     """A solve: the loop over chunks of steps, from the initial state to the end."""
 
     at_looks: Any = None  # a function called after fixed numbers of steps; if true, the run ends
+    at_end: Any = None  # a function called after the steps, which tells what they did
     may_follow = False  # whether another method follows if this one fails
     samples: Any = None  # the crawling.Samples of its steps
     looks: Any = None  # the Looks, of a Run of which every step is taken alone
@@ -200,6 +202,7 @@ class Run(LaidOut):
     def look_no_more(self):
         """Drop what looks at the steps of a solve, which refers to its functions."""
         self.at_looks = None
+        self.at_end = None
         self.samples = None
 
     def n_first(self):
@@ -250,10 +253,12 @@ class Run(LaidOut):
         return status
 
     def tell_jumps(self):
-        """Warn if a step jumped over changes of the equations, or over crossings of an event."""
+        """Warn if a step jumped over changes of the equations or crossings, or is wrong."""
         self.tell_lost()
         if self.switching is not None:
             self.switching.tell(self.view("output.record"))
+        if self.at_end is not None:
+            self.at_end()
 
     def _told(self, status):
         """Raise the exception of a user's function; as a Raised, if another method may follow."""
@@ -290,8 +295,9 @@ class Run(LaidOut):
         return self._words, self._launch
 
     def tells_of(self):
-        """``lost(memory)``: whether a solve lost crossings that are to be told; or None."""
-        return self.plan.counts("lost") if self.tells else None
+        """``told(memory)``: counts of what a solve is to tell, steps and crossings; or None."""
+        names = ["n_standing"] * counts_beyond(self.problem) + ["lost"] * self.tells
+        return self.plan.counts(*names) if names else None
 
     def doubts(self, memory):
         """Whether a step of a ReadyRun may have jumped over changes, of which nobody decided."""

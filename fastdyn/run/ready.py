@@ -157,8 +157,8 @@ class ReadyRun:
         read, block = self._readers[0]
         check, finish, left, sides = self._check, self._finish, self._left, self._sides
         at, own, size, make = self.run.launch_at, self._own, self.run.plan.size, self._result
-        lost = self.run.tells_of()
-        quick = self._quick = self._builtin(kernel) if alone and lost is None else None
+        told = self.run.tells_of()
+        quick = self._quick = self._builtin(kernel) if alone and not self.run.tells else None
 
         def go(fun, y0, args, events=(), t_span=None, t_eval=None):
             if current_errors() is not USUAL_ERRORS and numpy_errors_are_heard():
@@ -200,7 +200,7 @@ class ReadyRun:
                 status = kernel(at)
             if status == BAD_STATE:
                 return None
-            if lost is not None and lost(memory)[0]:
+            if told is not None and any(told(memory)):
                 return finish(self, memory, status, fun, args, events)
             if left[0] <= 1 or status not in ENDS or (sides and self._takes_new_side()):
                 return finish(self, memory, status, fun, args, events)

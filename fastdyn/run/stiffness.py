@@ -20,7 +20,7 @@ from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.kernels.state.record import Y_OLD, Y
 
 from .functions.compared import states_of
-from .functions.crawling import SATURATES, SENTENCES, WIDE, Samples, crawl
+from .functions.crawling import BEYOND, SATURATES, SENTENCES, WIDE, Samples, counts_beyond, crawl
 from .loop import counters
 from .matrices.check_jacobian import evaluated
 from .matrices.price import is_dear
@@ -77,6 +77,9 @@ def watch(problem, run):
     elif problem.method.series:
         run.at_looks = lambda: bool(switches_of(run)[3])
     run.samples = None
+    run.at_end = None
+    if counts_beyond(problem) and not problem.reaction.gives_up:
+        run.at_end = lambda: _tell_beyond(problem, run)
     along = isinstance(problem.fun, Part)  # the motion along switches, which "auto" limits itself
     if problem.method.error_order and not along:
         run.samples = Samples(lambda times, states: _tells_crawl(problem, run, times, states))
@@ -98,12 +101,20 @@ def _give_up(problem, run):
     _tell(problem, run, SENTENCES["crawls"].format(t=t))
 
 
-def _tell(problem, run, said):
-    """Warn of a run that crawls, once a function and method; "auto" takes several methods."""
+def _tell_beyond(problem, run):
+    """Warn of steps that change the state more than the equations do."""
+    (k,) = run.view("solve.state")["n_standing"]
+    if k >= BEYOND[0] and k > BEYOND[1] * counters(run.memory)[0]:
+        run.at_end = None
+        _tell(problem, run, SENTENCES["beyond"].format(k=k), "beyond")
+
+
+def _tell(problem, run, said, place="crawls"):
+    """Warn of what steps do, once a function and method; "auto" takes several methods."""
     function = run.bounds[0].function
     name = problem.method.name
     if function is not None:
-        place = "crawls", "auto" if problem.reaction.automatic else name
+        place = place, "auto" if problem.reaction.automatic else name
         if function.notes.get(place) is not None:
             return
         function.notes[place] = True

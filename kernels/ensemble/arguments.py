@@ -103,7 +103,7 @@ class Results(NamedTuple):
     y_eval : array, (M, n_times, n)
     y_end : array, (M, n)
     t_end, status : array, (M,)
-    counts : array, (M, 4)
+    counts : array, (M, 5)
         Accepted steps, rejected steps, evaluations outside the steps, output times reached.
     best : array, (M or 0, 4, n)
         The extrema of each component and their times; see `output/extrema.py`.

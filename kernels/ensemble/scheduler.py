@@ -268,6 +268,7 @@ def _end(task, lanes, single, results, lane, status):
     counts = results.counts[member]
     counts[0], counts[1] = s.n_accepted, s.n_rejected
     counts[2], counts[3] = s.n_extra, lanes.records[lane].i_eval
+    counts[4] = s.n_standing
     if status == RAISED:
         for address in task.addresses[BLOCKS:]:
             words_at(address)[RAISED_WORD] = 0

@@ -65,7 +65,9 @@ STATE = np.dtype(
         ("wait", "i8"),  # steps until order and size, and until the family, may change
         ("wait_family", "i8"),
         ("age", "i8"),  # number of steps with the present factors
-        ("n_standing", "i8"),  # trials that are too short to change the time, at one size
+        # For LSODA, trials that are too short to change the time, at one size; for Radau and BDF,
+        # steps whose change `fun` does not make, see `beyond` in stepping/implicit.py.
+        ("n_standing", "i8"),
         # For components that must not be negative:
         ("cut", "f8"),  # sum of the corrections from below 0 to 0, in units of atol
         # For the function of `on_event` that was called last:

@@ -3,10 +3,15 @@
 import numpy as np
 
 from ..jit.options import INLINED, INTERNAL, njit
-from ..state.record import ATOL, FINISHED, RTOL, RUNNING
+from ..state.record import ATOL, FINISHED, RTOL, RUNNING, Y
 from ..vector.scalar_or_vector import spacing
 
 EPS = float(np.finfo(float).eps)
+# A step changes a component by h times a mean of its derivatives, which `fun` gives where Newton's
+# iteration has converged: in 46 000 steps of 28 stiff problems at rtol 1e-2 to 1e-4, the change was
+# at most 1.15 h times the largest |f|.  Where f jumps, as v / |v| does with a guard, the iteration
+# may end anywhere, with changes 3 to 1e12 times as large.
+BEYOND, COUNTS = 2.0, 10.0  # of that product; tolerances from which a change counts
 
 
 @njit(**INTERNAL)
@@ -70,6 +75,27 @@ def weigh(rows, state, weight, relative, absolute):
             return False
         rows[weight, i] = 1.0 / tolerance
     return True
+
+
+@njit(**INLINED)
+def take_larger(work, most, row):
+    """Let each number of the row `most` be at least the size of that of another row."""
+    for i in range(work.shape[1]):
+        work[most, i] = max(work[most, i], abs(work[row, i]))
+
+
+@njit(**INLINED)
+def beyond(work, change, most, h):
+    """1 if a step changes a component far more than its derivatives, of size `most`, can; else 0.
+
+    The change is the row `change` less the row Y.
+    """
+    for i in range(work.shape[1]):
+        by = abs(work[change, i] - work[Y, i])
+        tolerance = work[ATOL, i] + abs(work[Y, i]) * work[RTOL, i]
+        if by > BEYOND * abs(h) * work[most, i] and by > COUNTS * tolerance:
+            return 1
+    return 0
 
 
 @njit(**INLINED)

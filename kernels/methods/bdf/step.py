@@ -20,7 +20,13 @@ from ...state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
 from ...state.rows import copy_row
 from ...stepping import first_step
 from ...stepping.differences import evaluate_row, first_factors, keep_factors
-from ...stepping.implicit import n_components, newton_tolerance, scaled_squares
+from ...stepping.implicit import (
+    beyond,
+    n_components,
+    newton_tolerance,
+    scaled_squares,
+    take_larger,
+)
 from ...stepping.jacobian import (
     clear_matrix,
     evaluate_jacobian,
@@ -32,12 +38,15 @@ from ..implicit import implicit
 from .differences import ALPHA, ERROR, GAMMA, MAX_ORDER, ORDER, D, change_size, dense_rows
 
 MAX_ITERATIONS = 4  # as in SciPy
+KEPT = 0.8  # share of the largest |f| of past steps, from which a step of BDF follows, too
 
 # Rows: the derivative, the known terms of the formula, the predicted state, the change of the state
 # in one iteration, the change in all iterations, factors of differences and two rows of work space,
-# pivots.
-SLOPE, PSI, PREDICTED, CHANGE, RISE, FACTOR, PIVOTS = (K + i for i in (1, 10, 11, 12, 13, 14, 17))
-N_ROWS = 18
+# pivots, the largest |f| in the last steps.
+SLOPE, PSI, PREDICTED, CHANGE, RISE, FACTOR, PIVOTS, MOST = (
+    K + i for i in (1, 10, 11, 12, 13, 14, 17, 18)
+)
+N_ROWS = 19
 J = K + N_ROWS  # the first row of the Jacobian; the factors of I - c J lie behind the Jacobian
 
 
@@ -95,6 +104,7 @@ def _iterate(rhs, s, t, work, block, c, tolerance):
         for i in range(n):
             if not np.isfinite(work[CHANGE, i]):
                 return False, k + 1
+        take_larger(work, MOST, CHANGE)
         _residual(work, block, c)
         solve_sum(s, work, block, J, J + matrix_rows(block, n), PIVOTS, CHANGE, FACTOR + 1)
         size = np.sqrt(scaled_squares(s, work, CHANGE, PREDICTED) / n_components(s, work))
@@ -170,10 +180,12 @@ def _next_order(s, work, error, safety):
 
 
 @njit(**INTERNAL)
-def _go_on(s, work, t_new, h, error, safety):
+def _go_on(s, work, block, t_new, h, error, safety):
     """Accept a step."""
     order = s.order
     c = h / ALPHA[order]
+    if block[MASS] == 0:
+        s.n_standing += beyond(work, STAGE, MOST, h)
     copy_row(work[Y], work[Y_OLD])
     copy_row(work[STAGE], work[Y])
     for i in range(work.shape[1]):
@@ -213,6 +225,8 @@ def begin(rhs, state, work, block):
         for j in range(2, MAX_ORDER + 3):
             work[D + j, i] = 0.0
     s.h_old = s.h
+    for i in range(work.shape[1]):
+        work[MOST, i] = abs(work[SLOPE, i])
     clear_matrix(work, block, J)
     if block[MASS] != 0:
         first_factors(work, FACTOR)
@@ -225,6 +239,8 @@ def step(rhs, state, work, block, h_min):
     s = state[0]
     tolerance = newton_tolerance(work)
     s.current = 1 if is_constant(block) else 0
+    for i in range(work.shape[1]):
+        work[MOST, i] *= KEPT
     size = s.h_max if s.h > s.h_max else max(s.h, h_min)
     while size >= h_min:
         t_new = s.t + size * s.direction
@@ -251,7 +267,7 @@ def step(rhs, state, work, block, h_min):
         squares = scaled_squares(s, work, RISE, STAGE)
         error = abs(ERROR[s.order]) * np.sqrt(squares / n_components(s, work))
         if not error > 1.0:
-            _go_on(s, work, t_new, h, error, safety)
+            _go_on(s, work, block, t_new, h, error, safety)
             return RUNNING
         size *= max(MIN_FACTOR, safety * error ** (-1.0 / (s.order + 1)))
         s.n_rejected += 1

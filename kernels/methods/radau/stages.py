@@ -16,7 +16,7 @@ from ...jit.options import INLINED, INTERNAL, njit
 from ...output.arguments import PAST_TRIAL
 from ...state.record import RAISED, RUNNING, STAGE, Y_OLD, K, Y
 from ...stepping.differences import evaluate_row, keep_factors
-from ...stepping.implicit import n_components, scaled_squares
+from ...stepping.implicit import n_components, scaled_squares, take_larger
 from ...stepping.jacobian import evaluate_jacobian, is_constant
 
 ROOT = 6**0.5
@@ -49,11 +49,11 @@ MAX_ITERATIONS = 6  # as in SciPy
 
 # Rows: the derivative at the start of a step, the polynomial of the last step, the stages Z, their
 # transforms W, derivatives at the stages or changes of W, the error and its correction, factors of
-# differences and two rows of work space, pivots.
-SLOPE, Q, Z, W, D, ERROR, CORRECTION, FACTOR, PIVOTS = (
-    K + i for i in (1, 2, 5, 8, 11, 14, 15, 16, 19)
+# differences and two rows of work space, pivots, the largest |f| in a step.
+SLOPE, Q, Z, W, D, ERROR, CORRECTION, FACTOR, PIVOTS, MOST = (
+    K + i for i in (1, 2, 5, 8, 11, 14, 15, 16, 19, 21)
 )
-N_ROWS = 21
+N_ROWS = 22
 J = K + N_ROWS  # the first row of the Jacobian; behind lie the factors of both systems
 
 
@@ -166,6 +166,7 @@ def _stages(rhs, s, work, block, h):
             return False
         for i in range(work.shape[1]):
             finite = finite and np.isfinite(work[D + r, i])
+        take_larger(work, MOST, D + r)
     return finite
 
 

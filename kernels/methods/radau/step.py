@@ -18,7 +18,13 @@ from ...output.dense_output import F as DENSE
 from ...state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, Y
 from ...state.rows import copy_row
 from ...stepping.differences import evaluate_row, first_factors
-from ...stepping.implicit import n_components, newton_tolerance, scaled_squares
+from ...stepping.implicit import (
+    beyond,
+    n_components,
+    newton_tolerance,
+    scaled_squares,
+    take_larger,
+)
 from ...stepping.jacobian import clear_matrix, is_constant
 from ...stepping.step_size import MAX_FACTOR, MIN_FACTOR, SAFETY
 from ..implicit import implicit
@@ -27,6 +33,7 @@ from .stages import (
     ERROR,
     FACTOR,
     MAX_ITERATIONS,
+    MOST,
     N_ROWS,
     ROOT,
     SLOPE,
@@ -107,8 +114,11 @@ def _go_on(rhs, s, work, block, t_new, size, factor, error, n_iterations, rate):
         c = work[Z + 2, i]
         for r in range(3):
             work[Q + r, i] = P[0, r] * a + P[1, r] * b + P[2, r] * c
-        work[Y_OLD, i] = work[Y, i]
-        work[Y, i] += c
+        work[STAGE, i] = work[Y, i] + c
+    if block[MASS] == 0:
+        s.n_standing += beyond(work, STAGE, MOST, t_new - s.t)
+    copy_row(work[Y], work[Y_OLD])
+    copy_row(work[STAGE], work[Y])
     s.t_old = s.t
     s.t = t_new
     s.n_equal += 1
@@ -155,6 +165,9 @@ def step(rhs, state, work, block, h_min):
     size = s.h
     h_old = s.h_old
     rejected = False
+    for i in range(work.shape[1]):
+        work[MOST, i] = 0.0
+    take_larger(work, MOST, SLOPE)
     if size > s.h_max or size < h_min:
         size = s.h_max if size > s.h_max else h_min
         h_old = 0.0
