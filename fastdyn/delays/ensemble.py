@@ -103,7 +103,7 @@ def solve_dde_ensemble(
         raise TypeError(f"`solve_dde_ensemble` takes no `{name}`: {REFUSED[name]}")
     n_threads = number_of(threads)
     histories, states = _histories(history)
-    members = Members(states, validate.extra_arguments(args))
+    members = Members(states, validate.extra_arguments(args), "history")
     if histories is not None and len(histories) not in (1, members.count):
         raise ValueError(
             f"`history` has {len(histories)} functions for {members.count} trajectories."

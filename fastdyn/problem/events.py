@@ -45,6 +45,9 @@ class Event:
         The time of the last occurrence before the run; NaN without any.
     act : callable or None
         The function of `on_event`.
+    decides : bool
+        Whether the event decides what follows, as that of a phase: each crossing counts, also two
+        within a step of a method that counts one, as SciPy does.
     origin : callable or None
         The function of a shorter state, if `function` is a form of one (`of_own`).
     asked : tuple
@@ -57,6 +60,7 @@ class Event:
     wait: float = 0.0
     last: float = math.nan
     act: Any = None
+    decides: bool = False
     origin: Any = None
     asked: tuple = ()
 

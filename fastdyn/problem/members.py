@@ -64,14 +64,14 @@ def _column(j, value):
     return array if array.dtype.kind in "ib" else array.astype(float)
 
 
-def _count(y0, columns):
-    """The number of members, on which `y0` and all columns agree."""
+def _count(y0, columns, name):
+    """The number of members, on which the states, an argument `name`, and all columns agree."""
     lengths = {f"args[{j}]": len(c) for j, c in columns.items()}
     if y0.ndim == 2:
-        lengths["y0"] = len(y0)
-    many = {name: length for name, length in lengths.items() if length != 1}
+        lengths[name] = len(y0)
+    many = {each: length for each, length in lengths.items() if length != 1}
     if len(set(many.values())) > 1:
-        said = ", ".join(f"`{name}` has {length}" for name, length in many.items())
+        said = ", ".join(f"`{each}` has {length}" for each, length in many.items())
         raise ValueError(
             f"everything that varies must have one entry a trajectory: {said}. "
             "Wrap an array that all trajectories share in `Shared`."
@@ -79,18 +79,20 @@ def _count(y0, columns):
     return next(iter(many.values()), 1)
 
 
-def _states(y0):
-    """`y0` as an array of shape (M, n) or (n,), float64 or complex128, with a finite row."""
+def _states(y0, name):
+    """The states as an array of shape (M, n) or (n,), float64 or complex128, with a finite row."""
     array = np.asarray(y0)
     if array.ndim < 2:
-        return initial_state(y0)
+        return initial_state(y0, name)
     if array.ndim > 2:
-        raise ValueError(f"`y0` must have shape (n,) or (M, n); got {array.shape}.")
+        raise ValueError(f"`{name}` must have shape (n,) or (M, n); got {array.shape}.")
     if array.dtype.kind not in "fiubc":
-        raise TypeError(f"`y0` must be numbers; got an array of {array.dtype}.")
+        raise TypeError(f"`{name}` must be numbers; got an array of {array.dtype}.")
     array = np.ascontiguousarray(array, dtype=complex if array.dtype.kind == "c" else float)
     if len(array) and not np.isfinite(array).all(axis=1).any():
-        raise ValueError("All components of `y0` must be finite; trajectory 0 is not, nor others.")
+        raise ValueError(
+            f"All components of `{name}` must be finite; trajectory 0 is not, nor others."
+        )
     return array
 
 
@@ -115,16 +117,16 @@ class Members:
         the order of `varying`, then for vectors.
     """
 
-    def __init__(self, y0, args):
+    def __init__(self, y0, args, name="y0"):
         self.times: dict = {}  # times of schedules that differ, see ensemble/times.py
         self._tolerances = 0, np.empty((0, 2), int)
         self.segments: Any = None  # (segments of all, first rows), if `fun` switches with the time
-        states = _states(y0)
+        states = _states(y0, name)
         self.complex = states.dtype.kind == "c"
         states = states.view(float) if self.complex else states
         columns = {j: _column(j, a) for j, a in enumerate(args)}
         columns = {j: c for j, c in columns.items() if c is not None}
-        self.count = _count(states, columns)
+        self.count = _count(states, columns, name)
         self.y0 = np.atleast_2d(states)
         self.n = self.y0.shape[1]
         self.finite: np.ndarray = np.isfinite(self.y0).min(axis=1, initial=True)

@@ -90,12 +90,12 @@ def event_table(problem, others, order=None) -> Any:
         row["block"] = next(blocks)
         for name, value in event.rules.items():
             row[name] = value
+    method = problem.method
     for row, event in zip(table, events, strict=True):
         row["jump"] = 0 if event.act is None else next(blocks)
+        row["inside"] = COUNTS if method.looks_inside or event.decides else KEEPS
     if not events:
         return table
-    method = problem.method
-    table["inside"] = COUNTS if method.looks_inside else KEEPS
     table["unit"] = unit_of_times(problem, problem.t0, problem.tf)
     table[0]["middle"] = INTERPOLATED if method.n_matrices or method.series else SLOPES
     table[0]["at_once"] = method.events_at_once

@@ -147,7 +147,10 @@ class LaidOut(PythonBetween):
         if tolerances is None or self._tolerances != tolerances:
             self._tolerances = tolerances
             fill_tolerances(self._image, self.plan, p)
-        rules = p.events and [unit_of_times(p, p.t0, p.tf), *[e.rules for e in p.events]]
+        rules = p.events and [
+            unit_of_times(p, p.t0, p.tf),
+            *[(e.rules, e.decides) for e in p.events],
+        ]
         if rules and (self._rules != rules or p.method.series):
             self._rules = rules
             table = self.plan.view(self._image, "events.table")

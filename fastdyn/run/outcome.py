@@ -265,7 +265,7 @@ def results(problem, plan, own=None):
 
 
 class Plain(NamedTuple):
-    """What `make` of `results` makes a plain result of, for `functions/builtin.py`.
+    """What `make` of `results` makes a plain result of, for `specialise/builtin.py`.
 
     `places` are the addresses of the number of points and of the counts of steps accepted and
     rejected and of other evaluations.

@@ -19,9 +19,9 @@ from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.state.record import BAD_STATE, EVENT, FINISHED
 from fastdyn.problem.step_options import LATEST, fixed_step
 from fastdyn.problem.validate import output_times
+from fastdyn.specialise.builtin import builtin
 
 from .begin import fill_atol, fill_span, unit_of_times
-from .functions.builtin import builtin
 from .functions.interruptible import Interruptible
 from .functions.readers import ARRAY, FLOAT, NUMBERS, is_left, reader_of, taken_from
 from .laid_out import new_memory

@@ -209,12 +209,12 @@ def _crossed(phase, crossing, asked, given, y):
     is the same, and if the time alone is what crosses, as where the function jumps.  A phase that
     begins at a zero, as a body at rest does, did not cross.
     """
+    found = Event.of(phase.event).changed(decides=True)
     if crossing is None:
-        return phase.event
-    found = Event.of(phase.event)
+        return found
     before = Event.of(crossing.event)
     if (found.origin or found.function) is not (before.origin or before.function):
-        return phase.event
+        return found
     t = crossing.t
     tf = asked.tf
     by = METHODS.get(given.get("method", asked.method))
@@ -227,7 +227,7 @@ def _crossed(phase, crossing, asked, given, y):
             for way in (-1.0, 1.0)
         ]
         if not sides[0] * sides[1] < 0.0:
-            return phase.event
+            return found
     return found.changed(wait=max(found.wait, near), last=t)
 
 

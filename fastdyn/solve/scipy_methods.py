@@ -1,6 +1,8 @@
 """Solves by SciPy: its solver classes, functions that write to the state between steps, trivial
 problems (no component, no span)."""
 
+from typing import Any
+
 import numpy as np
 
 from fastdyn.compile.bind import bind, rebind
@@ -202,7 +204,7 @@ def _watched(method, derivative):
     class Watched(base):
         def step(self):
             message = super().step()
-            own = vars(self)
+            own: Any = vars(self)
             done = own["done"] = own.get("done", 0) + 1
             if done >= MOST:
                 samples = own.get("samples") or own.setdefault("samples", Samples(self._tells))

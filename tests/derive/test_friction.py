@@ -204,3 +204,11 @@ def test_a_start_off_the_surface_is_taken_to_it():
     board.start(x=1.0, y=0.5)
     with pytest.raises(ValueError, match=r"start of off violates `gap1` .by 0.5"):
         board.newton()
+
+
+def test_a_change_of_mode_that_the_step_has_left_behind_counts():
+    """DOP853 goes from 0.3 to 0.7 in a step; the slip would end at 0.358, and again at 0.553."""
+    names, times = changes(shaken()().solve((0, 0.7), **TIGHT))
+    assert names == ["rests", "slips", "slips back", "slips"]
+    whole = changes(shaken()().solve((0, 0.7), **{**TIGHT, "method": "Vern9"}))
+    assert times == pytest.approx(whole[1], rel=TIMES)

@@ -8,7 +8,7 @@ import pytest
 
 from fastdyn import OdeResult, prepare
 from fastdyn.run import outcome, ready
-from fastdyn.run.functions.builtin import builtin
+from fastdyn.specialise.builtin import builtin
 from support.repeated import assert_same, in_threads
 
 SPAN, START = (0.0, 1.0), [0.5, 0.25]

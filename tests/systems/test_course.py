@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 import pytest
 
-from fastdyn import CompileWarning
+from fastdyn import CompileWarning, SwitchingWarning
 from fastdyn.systems import (
     SYSTEMS,
     System,
@@ -32,6 +32,8 @@ def test_every_system_compiles_and_runs_from_its_defaults(name):
     system = SYSTEMS[name]()
     with warnings.catch_warnings():
         warnings.simplefilter("error", CompileWarning)
+        # On a circle the apsides are where the error crosses zero, twice in some steps.
+        warnings.filterwarnings("ignore", "`.*apsis` crosses zero", SwitchingWarning)
         run = system.solve(events=list(system.events.values()) or None)
     assert run.success and np.isfinite(run.y).all()
 

@@ -93,30 +93,32 @@ class Samples:
 def crawl(times, states, tolerance, slope=None):
     """Whether steps in a row, the states (m, n), crawl where the slope jumps.
 
-    `tolerance` is that of each component, ``slope(y)`` the slope at the last time; without
-    it, the slopes are those of the steps.
+    `tolerance` is that of each component, ``slope(y)`` the slope at the last time: it jumps across
+    the line, whereas along the line it may oscillate, as in revolutions that are much faster than
+    their change of speed.  Without it, the slopes are those of the steps.
     """
     if not (np.isfinite(states).all() and times[-1] != times[0]):
         return False
     along = ((times - times[0]) / (times[-1] - times[0]))[:, None]
-    apart = np.abs(states - states[0] - along * (states[-1] - states[0])).max(axis=0) / tolerance
+    across = states - states[0] - along * (states[-1] - states[0])
+    apart = np.abs(across).max(axis=0) / tolerance
     if not apart.max() <= STRAIGHT:
         return False
     if slope is None:
         slopes = np.diff(states, axis=0) / np.diff(times)[:, None]
     else:
-        slopes = np.array([slope(y) for y in states])
+        slopes = np.array([slope(states[-1] + each) for each in across])
     change = np.ptp(slopes, axis=0)
     moves = change * abs(times[-1] - times[0]) / tolerance
     i = int(np.argmax(moves))  # NaN, if there is one
     above = slopes[:, i] > slopes[:, i].min() + 0.5 * change[i]
     if not (moves[i] > TO_AND_FRO * apart[i] and np.count_nonzero(np.diff(above)) >= FLIPS):
         return False
-    return slope is None or saturates(slope, states[-1], slopes[:, i], states, i)
+    return slope is None or saturates(slope, states[-1], slopes[:, i], across, i)
 
 
-def saturates(slope, y, values, states, i):
-    """Whether component i of a slope, with these values at states, hardly changes beyond them."""
-    far = WIDE * (states[np.argmax(values)] - states[np.argmin(values)])
+def saturates(slope, y, values, across, i):
+    """Whether component i of a slope, with these values across y, hardly changes beyond them."""
+    far = WIDE * (across[np.argmax(values)] - across[np.argmin(values)])
     changes = [abs(slope(y + way * far)[i] - slope(y)[i]) for way in (1.0, -1.0)]
     return bool(max(changes) < SATURATES * WIDE * np.ptp(values))

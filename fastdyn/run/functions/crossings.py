@@ -7,7 +7,7 @@ not called for a look: functions may have effects.
 """
 
 from fastdyn.compile.sentences import warn
-from fastdyn.kernels.output.arguments import KEEPS, TELLS
+from fastdyn.kernels.output.arguments import COUNTS, KEEPS, TELLS
 
 from .switching import SwitchingWarning, place_told
 
@@ -29,6 +29,8 @@ def look_for_lost(table, problem, bounds, others):
     if p.method.looks_inside or any(each.function is None for each in bounds):
         return False
     for row, bound in zip(table, others, strict=False):
+        if row["inside"] == COUNTS:
+            continue
         told = place_told(bound, p.method, LOST) in bound.function.notes
         row["inside"] = KEEPS if told else TELLS
     return bool((table["inside"] == TELLS).any())

@@ -9,7 +9,7 @@ from .derivatives import FACTOR, PIVOTS, SUM, J
 from .table import GAMMA
 
 # Share of a residual that may be left where a linear equation says that none is: 1 where Rodas5P
-# stepped over the start of sqrt(8 t), stiff components have 0.01 and less.
+# stepped over the start of sqrt(8 t).
 LINEAR = 0.5
 
 
