@@ -100,7 +100,7 @@ def noise_of(equations, bounds, calculus):
         found.append(known)
         traced = bound.function.traced
         jumps = jumps or bool(decisions(traced.trace.graph, traced.stored, ()))
-    depends = any(len(one.rows) for one in found)
+    depends = any(one.depends for one in found)
     if jumps and (not depends or calculus == "stratonovich"):
         return "general"
     if not depends:

@@ -21,7 +21,7 @@ class Jacobian(NamedTuple):
     """A compiled Jacobian, which writes its entries to `out`: by columns, rows ascending.
 
     `time` tells whether df/dt (n numbers) follows the entries; `autonomous` tells whether df/dt is
-    zero.  `size` is the length of `out`.
+    zero.  `size` is the length of `out`; `depends` tells whether any entry is not always zero.
     """
 
     function: Function
@@ -30,6 +30,7 @@ class Jacobian(NamedTuple):
     time: bool
     autonomous: bool
     size: int
+    depends: bool
 
 
 def jacobian(function, time=False):
@@ -50,9 +51,11 @@ def _compiled(traced, time):
     outputs = signed(graph, traced.stored)  # the slope of x / |x| is 0 at 0, too, not NaN
     rows, columns, nodes = derivatives(graph, outputs, traced.n)
     by_time = time_derivative(graph, outputs) if time else []
-    if not nodes:  # differences would take a jump of the function, as at a relay, for a slope
+    depends = bool(nodes)
+    if not depends:  # differences would take a jump of the function, as at a relay, for a slope
         rows = columns = np.zeros(min(1, traced.n), np.int64)
         nodes = [graph.const(0.0)] * len(rows)
     function = traced.with_outputs(nodes + by_time, ENTRIES, traced.n, graph.false).compiled()
     autonomous = all(map(is_zero, by_time))
-    return Jacobian(function, rows, columns, time, autonomous, len(nodes) + len(by_time))
+    size = len(nodes) + len(by_time)
+    return Jacobian(function, rows, columns, time, autonomous, size, depends)
