@@ -56,7 +56,7 @@ class Columns(Traced):
         with GROWING:
             return self._outputs()
 
-    @property
+    @functools.cached_property
     def held(self):
         if self._factors.in_batches:
             return ()
