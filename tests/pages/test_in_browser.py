@@ -71,7 +71,7 @@ def pendulum(tmp_path_factory):
 
 
 # On a circle the apsides are where the error crosses zero, twice in some steps.
-@pytest.mark.filterwarnings("ignore:.*apsis. crosses zero")
+@pytest.mark.filterwarnings("ignore:.event. crosses zero")
 @pytest.mark.parametrize("name", [*systems.SYSTEMS, *DERIVED])
 def test_a_page_has_the_numbers_of_fastdyn(name, driver, tmp_path):
     if name not in systems.SYSTEMS:
