@@ -158,25 +158,30 @@ def gradients(given):
         "backward": (jax.grad, diffrax.RecursiveCheckpointAdjoint()),
         "forward": (jax.jacfwd, diffrax.ForwardMode()),
     }
+    p = jnp.array(given.p)
+
+    def prepare(solve, tol):
+        return lambda: np.asarray(solve(p, tol).block_until_ready())
+
     return {
-        f"diffrax {name}, {mode}": functools.partial(_gradient, given, name, *how)
+        f"diffrax {name}, {mode}": functools.partial(prepare, _derivatives(given, name, *how))
         for name in METHODS
         for mode, how in modes.items()
     }
 
 
-def _gradient(given, name, derivative, adjoint, tol):
+def _derivatives(given, name, derivative, adjoint):
     rates = given.arrays(jnp) if given.arrays else given.terms
     stacked = rates if given.arrays else lambda t, y, p: jnp.stack(rates(t, y, p))
-    weights, y0, p = jnp.array(given.weights), jnp.array(given.y0, float), jnp.array(given.p)
+    weights, y0 = jnp.array(given.weights), jnp.array(given.y0, float)
 
     @jax.jit
     @derivative
-    def solve(p):
+    def solve(p, tol):
         return weights @ diffrax.diffeqsolve(
             diffrax.ODETerm(stacked), getattr(diffrax, name)(), 0.0, given.end, None, y0, p,
             max_steps=GRADIENT_STEPS, throw=False, adjoint=adjoint, saveat=diffrax.SaveAt(t1=True),
             stepsize_controller=diffrax.PIDController(rtol=tol, atol=tol),
         ).ys[-1]  # fmt: skip
 
-    return lambda: np.asarray(solve(p).block_until_ready())
+    return solve

@@ -19,6 +19,7 @@ def solve(made=[]):
     made[0].propagate_until(5.0)
 """
 MODES = {"heyoka": {}, "heyoka, fast_math": {"fast_math": True}}  # the second may reorder sums
+UNROLLED = 200  # equations, of which more take minutes to compile without `compact_mode`
 WITHOUT_DISK = "import heyoka as hy; hy.llvm_state.set_diskcache_enabled(False)"
 FIRST_CALL = {
     "heyoka": ("import heyoka as hy", FIRST),
@@ -192,7 +193,10 @@ def _gradient(given, options, tol):
     rates = given.terms(hy.time, y, [hy.par[j] for j in range(m)])
     system = hy.var_ode_sys(list(zip(y, rates, strict=True)), hy.var_args.params, order=1)
     start = [float(each) for each in given.y0]
-    run = hy.taylor_adaptive(system, start, tol=tol, pars=list(given.p), **options)
+    compact = n * (m + 1) > UNROLLED
+    run = hy.taylor_adaptive(
+        system, start, tol=tol, pars=list(given.p), compact_mode=compact, **options
+    )
     at_first = run.state.copy()
     rows = [run.get_vslice(order=1, component=i) for i in range(n)]
 
