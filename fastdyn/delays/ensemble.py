@@ -139,7 +139,6 @@ class _Ensemble:
         self._histories = histories
         self._constant = members.y0
         self._queue = iter(range(members.count))
-        self._first: Any = None  # the exception of the trajectory with the lowest number
         self.facts: Any = None
 
     def values(self, i):

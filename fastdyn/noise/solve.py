@@ -331,7 +331,7 @@ def _solved(asked, own, method, calculus, n, rows):
             raise
         found = method_for(method, calculus, kind, derivative=False)
         kernel = kernel_of(plan._replace(method=found), own, bounds, watched, asked.args, near)
-    warn_of_pulses(bounds, steps, asked.y0[0], found.name)
+    warn_of_pulses(bounds, steps, asked.y0[0], found)
     directions = [float(np.sign(event.direction)) for event in asked.events]
     y0 = np.broadcast_to(asked.y0.T, (n, asked.n_paths))
     key = asked.key - KEYS if asked.key >= KEYS // 2 else asked.key

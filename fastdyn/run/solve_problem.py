@@ -220,5 +220,5 @@ def _give_back(key, run, functions):
     run.let_go()
     for bound in run.bounds:
         bound.held.take(None, ())
-    codes = [function.__code__ for function in functions]
-    again.kept(key, lambda: again.Kind(codes), run.plan.n).give_back(run)
+    kind = again.kept(key, lambda: again.Kind([f.__code__ for f in functions]), run.plan.n)
+    kind.give_back(run)

@@ -20,7 +20,16 @@ from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.kernels.state.record import Y_OLD, Y
 
 from .functions.compared import states_of
-from .functions.crawling import BEYOND, SATURATES, SENTENCES, WIDE, Samples, counts_beyond, crawl
+from .functions.crawling import (
+    LEAST_BEYOND,
+    LEAST_SHARE,
+    SATURATES,
+    SENTENCES,
+    WIDE,
+    Samples,
+    counts_beyond,
+    crawl,
+)
 from .loop import counters
 from .matrices.check_jacobian import evaluated
 from .matrices.price import is_dear
@@ -104,7 +113,7 @@ def _give_up(problem, run):
 def _tell_beyond(problem, run):
     """Warn of steps that change the state more than the equations do."""
     (k,) = run.view("solve.state")["n_standing"]
-    if k >= BEYOND[0] and k > BEYOND[1] * counters(run.memory)[0]:
+    if k >= LEAST_BEYOND and k > LEAST_SHARE * counters(run.memory)[0]:
         run.at_end = None
         _tell(problem, run, SENTENCES["beyond"].format(k=k), "beyond")
 

@@ -1,8 +1,6 @@
 """Solves by SciPy: its solver classes, functions that write to the state between steps, trivial
 problems (no component, no span)."""
 
-from typing import Any
-
 import numpy as np
 
 from fastdyn.compile.bind import bind, rebind
@@ -17,7 +15,7 @@ from fastdyn.problem.events import between_steps, endless, event_list, for_scipy
 from fastdyn.problem.jacobian import DIFFERENCES
 from fastdyn.problem.options.table import OPTIONS, refused_among, value_of
 from fastdyn.problem.schedules import refuse_schedules
-from fastdyn.run.functions.crawling import MOST, SENTENCES, Samples, crawl
+from fastdyn.run.functions.crawling import SENTENCES, Samples, crawl
 from fastdyn.run.loop import stops
 from fastdyn.run.result import OdeResult
 from fastdyn.run.stiffness import StiffnessWarning
@@ -202,13 +200,15 @@ def _watched(method, derivative):
     base = getattr(scipy.integrate, method) if isinstance(method, str) else method
 
     class Watched(base):
+        def __init__(self, *args, **options):
+            super().__init__(*args, **options)
+            self._done = 0
+            self._samples = Samples(self._tells)
+
         def step(self):
             message = super().step()
-            own: Any = vars(self)
-            done = own["done"] = own.get("done", 0) + 1
-            if done >= MOST:
-                samples = own.get("samples") or own.setdefault("samples", Samples(self._tells))
-                samples.take(done, self.t, self.y)
+            self._done += 1
+            self._samples.take(self._done, self.t, self.y)
             return message
 
         def _tells(self, times, states):
@@ -217,7 +217,7 @@ def _watched(method, derivative):
             if not crawl(times, states, scale, lambda y: derivative(times[-1], y)):
                 return False
             said = SENTENCES["crawls"].format(t=times[-1])
-            warn(f"{base.__name__} took {self.done} steps. {said}", StiffnessWarning)
+            warn(f"{base.__name__} took {self._done} steps. {said}", StiffnessWarning)
             return True
 
     return Watched

@@ -15,6 +15,7 @@ are drawn for each event by itself.
 A terminal event ends a path at the passage: its state is drawn from the bridge, too, given g = 0.
 """
 
+import functools
 import math
 
 import numpy as np
@@ -315,16 +316,10 @@ def settled(terminal, in_order):
 
 def in_turn(looks):
     """The function that calls all functions of `looks` and tells whether one is True."""
-    together = None
-    for look in looks:
-        together = _with_another(together, look)
-    return together
+    return functools.reduce(_with_another, looks) if looks else None
 
 
 def _with_another(before, look):
-    if before is None:
-        return look
-
     @njit(**INLINED)
     def both(i, r, path, state, block, form, of_noise, work, places):
         others = before(i, r, path, state, block, form, of_noise, work, places)
@@ -335,16 +330,10 @@ def _with_another(before, look):
 
 def ends_in_turn(ends):
     """The function that calls the functions of `ends` in turn; None without functions."""
-    together = None
-    for leave in ends:
-        together = _with_another_end(together, leave)
-    return together
+    return functools.reduce(_with_another_end, ends) if ends else None
 
 
 def _with_another_end(before, leave):
-    if before is None:
-        return leave
-
     @njit(**INLINED)
     def both(new, old, i, r, path, block, form, of_noise, work, places):
         new = before(new, old, i, r, path, block, form, of_noise, work, places)

@@ -11,7 +11,8 @@ EPS = float(np.finfo(float).eps)
 # iteration has converged: in 46 000 steps of 28 stiff problems at rtol 1e-2 to 1e-4, the change was
 # at most 1.15 h times the largest |f|.  Where f jumps, as v / |v| does with a guard, the iteration
 # may end anywhere, with changes 3 to 1e12 times as large.
-BEYOND, COUNTS = 2.0, 10.0  # of that product; tolerances from which a change counts
+LARGEST_CHANGE = 2.0  # of that product
+LEAST_CHANGE = 10.0  # tolerances, from which a change counts
 
 
 @njit(**INTERNAL)
@@ -93,7 +94,7 @@ def beyond(work, change, most, h):
     for i in range(work.shape[1]):
         by = abs(work[change, i] - work[Y, i])
         tolerance = work[ATOL, i] + abs(work[Y, i]) * work[RTOL, i]
-        if by > BEYOND * abs(h) * work[most, i] and by > COUNTS * tolerance:
+        if by > LARGEST_CHANGE * abs(h) * work[most, i] and by > LEAST_CHANGE * tolerance:
             return 1
     return 0
 

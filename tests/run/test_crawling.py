@@ -9,7 +9,6 @@ import scipy.integrate
 from fastdyn import Stepper, StiffnessWarning, prepare, solve_dae, solve_ensemble, solve_ivp
 from fastdyn.run.functions import crawling
 from fastdyn.run.functions.crawling import SAMPLES, Samples, crawl
-from fastdyn.solve import scipy_methods
 
 ENOUGH = crawling.MOST + crawling.MOST // 2
 TWISTS = "2 switches of `fun` at once, ever faster"
@@ -59,8 +58,7 @@ def test_residuals_end_where_they_crawl():
 
 
 def test_classes_of_scipy_tell(monkeypatch):
-    for module in (crawling, scipy_methods):
-        monkeypatch.setattr(module, "MOST", 3000)
+    monkeypatch.setattr(crawling, "MOST", 3000)
 
     class Other(scipy.integrate.RK45):
         pass

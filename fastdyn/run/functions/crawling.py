@@ -17,20 +17,24 @@ MOST_NUMBERS = 2**22  # of the states of these steps; larger states are not exam
 # Largest distances from the line in 32 to 1000 steps, in tolerances, by Tsit5, RK45, DOP853, LSODA,
 # Radau and Rodas5P: 88 on switches; 940 of a relay about the level 20 with rtol = 1e-3.
 STRAIGHT = 100.0
-# Times that the slope changes sides, and its change times the time, in distances from the line: a
-# kink has 4, a parabola 8, twisting by Tsit5 170.
-FLIPS, TO_AND_FRO = 3, 20.0
-# The share of its change to WIDE times the distance that a slope has there: friction v / |v| that
-# crawls at |v| = 9 tolerances has 0.12, the reaction of Robertson 1.6.
-WIDE, SATURATES = 100.0, 0.25
+FLIPS = 3  # times that the slope changes sides
+# The change of the slope times the time, in distances from the line: a kink has 4, a parabola 8,
+# twisting by Tsit5 170.
+TO_AND_FRO = 20.0
+WIDE = 100.0  # times a distance at which a slope that saturates is looked at
+# The share of WIDE times its change that a slope changes there: friction v / |v| that crawls at
+# |v| = 9 tolerances has 0.12, the reaction of Robertson 1.6.
+SATURATES = 0.25
 
 # Methods that count the steps that `beyond` in kernels/stepping/implicit.py tells.
 BY_NEWTON = "Radau", "BDF"
 # A run is told of from so many such steps on, and from this share of all: the fast oscillations of
 # the ring modulator have 1 to 6 in 20 000, friction v / |v| with a guard 1 in 75 where it is lost.
-BEYOND = 3, 1e-3
+LEAST_BEYOND = 3
+LEAST_SHARE = 1e-3
 
 SMOOTH = "make the change smooth, tanh(v / w) for sign(v), say"
+WIDER = "make the change smooth over a larger width, v / sqrt(v**2 + w**2)"
 SENTENCES = {
     "slides": "At t = {t:.6g} the solution switches back and forth: both sides of a condition "
     "point at the other. {advice} an event or hysteresis.",
@@ -40,11 +44,11 @@ SENTENCES = {
     "changes": "At t = {t:.6g} the solution changes sides for ever at a condition of `fun`, "
     f"within few tolerances: {SMOOTH}, or end the solve by an event before.",
     "crawls": "At t = {t:.6g} `fun` changes as at a switch, such as v / |v|, within few "
-    "tolerances: no implicit method helps there. Make the change smooth over a larger width, "
-    "v / sqrt(v**2 + w**2), or end the solve by an event.",
+    f"tolerances: no implicit method helps there. {WIDER.capitalize()}, or end the solve by an "
+    "event.",
     "beyond": "{k} of them change the state more than `fun` does in their time: do not trust the "
     "result. Newton's iteration ended far from a solution, as beside a switch such as v / |v|: "
-    "make the change smooth over a larger width, v / sqrt(v**2 + w**2), or take Tsit5 or RK45.",
+    f"{WIDER}, or take Tsit5 or RK45.",
 }
 
 
