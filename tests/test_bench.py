@@ -10,6 +10,7 @@ from bench import rivals
 from bench.groups import switches
 from bench.groups.stiff import relative_to
 from bench.problems import WORK, compiled, error, reference
+from bench.problems.delays import DELAYS
 from bench.problems.hybrids import HYBRIDS
 from bench.problems.reaction_diffusion import brusselator_square
 from bench.problems.stiff import STIFF, brusselator
@@ -99,6 +100,26 @@ def test_rivals_for_stiff_problems():
         far = relative_to(np.array(given.end), given.floor)
         for name, prepare in rivals.stiff(given).items():
             assert far(prepare(1e-6)()) < 1e-3, name
+
+
+@pytest.mark.few(2)
+@pytest.mark.parametrize("given", DELAYS, ids=lambda given: given.name)
+def test_ends_of_delay_equations(given):
+    """By DOP853, which did not make them, within a thousand tolerances."""
+    run = fastdyn.solve_dde(
+        given.fun, (0, given.end), given.history, "DOP853", rtol=1e-11, atol=1e-11
+    )
+    assert relative_to(np.array(given.solution), 0.0)(run.y[:, -1]) < 1e-8
+
+
+@pytest.mark.hunt
+@pytest.mark.parametrize("given", DELAYS, ids=lambda given: given.name)
+def test_delay_equations_by_all(given):
+    """Each comes within a thousand tolerances of the end; ddeint, of first order, comes near."""
+    far = relative_to(np.array(given.solution), 0.0)
+    for name, prepare in rivals.delays(given).items():
+        tol, most = (1e-3, 0.5) if name == "ddeint" else (1e-6, 1e-3)
+        assert far(prepare(tol)()) < most, name
 
 
 @pytest.mark.hunt

@@ -72,3 +72,23 @@ def together(entry, many, rtol, atol):
         return out
 
     return run
+
+
+def delayed(given, tol):
+    """The end state of a `problems.delays.Delayed` by the first compiler: a function of nothing."""
+    library = next(iter(libraries(SOURCE.with_name("delays.cpp")).values()))
+    pointer, real = ctypes.POINTER(ctypes.c_double), ctypes.c_double
+    delays, history = np.array(given.delays), np.array(given.history)
+    y, counts = np.empty_like(history), (ctypes.c_long * 2)()
+    arguments = (
+        delays.ctypes.data_as(pointer), real(given.end), history.ctypes.data_as(pointer),
+        y.ctypes.data_as(pointer), real(tol), real(tol), counts,
+    )  # fmt: skip
+    entry = getattr(library, given.code)
+    entry.restype = None
+
+    def run(kept=(delays, history)):
+        entry(*arguments)
+        return y
+
+    return run

@@ -2,12 +2,24 @@
 
 import json
 
-from . import dae, figures, gradients, hybrid, stiff, switches, table, tolerance, which_method
+from . import (
+    dae,
+    delays,
+    figures,
+    gradients,
+    hybrid,
+    stiff,
+    switches,
+    table,
+    tolerance,
+    which_method,
+)
 from .table import RESULTS
 
 PARTS = {
     "stiff": stiff,
     "dae": dae,
+    "delays": delays,
     "gradients": gradients,
     "hybrid": hybrid,
     "switches": switches,

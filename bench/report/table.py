@@ -222,11 +222,11 @@ def put_in(page, begin, end, lines):
     page.write_text(before + begin + part + end + rest.partition(end)[2])
 
 
-def put_group(name, summary):
-    """Write the table of a group that has a file of results of its own into the page."""
+def put_group(name, summary, page="benchmarks.md"):
+    """Write the table of a group that has a file of results of its own into a page."""
     record = json.loads(RESULTS.with_name(f"{name}.json").read_text())
     lines = ["Microseconds:", "", summary(record[name]), "", origin(record)]
-    put_in(PAGE, f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->", lines)
+    put_in(PAGE.with_name(page), f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->", lines)
 
 
 def main():

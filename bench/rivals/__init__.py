@@ -18,6 +18,8 @@ A module here has one or more of:
     ``{name: prepare}`` for a `problems.daes.Dae`, with tolerances as for `stiff`.
 ``hybrid(hybrid)``
     ``{name: prepare}`` for a `problems.hybrids.Hybrid`, with rtol = atol = tol.
+``delays(delayed)``
+    ``{name: prepare}`` for a `problems.delays.Delayed`, with rtol = atol = tol.
 ``gradients(gradient)``
     ``{name: prepare}`` for a `problems.gradients.Gradient`, with rtol = atol = tol; the function
     returns the derivatives by the parameters.
@@ -42,7 +44,7 @@ MANY_RTOL, MANY_ATOL = 1e-6, 1e-9
 LEAPFROG_STEPS = 400  # an orbit
 NAMES = (
     "fastdyn", "cpp", "scipy", "cyrk", "numbalsoda", "heyoka", "diffrax", "sundae", "casadi",
-    "rebound",
+    "rebound", "jitcdde", "ddeint",
 )  # fmt: skip
 
 
@@ -81,6 +83,11 @@ def dae(given):
 def hybrid(given):
     """{name: prepare} of everything that is installed and can act between two steps."""
     return _joined("hybrid", given)
+
+
+def delays(given):
+    """{name: prepare} of everything that is installed and takes equations with delays."""
+    return _joined("delays", given)
 
 
 def gradients(given):

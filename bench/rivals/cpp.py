@@ -31,3 +31,10 @@ def trajectories(many):
         runs[f"C++ {name}"] = calls.together(each, many, MANY_RTOL, MANY_ATOL)
         runs[f"C++ {name}, 8 lanes by hand"] = calls.together(lanes, many, MANY_RTOL, MANY_ATOL)
     return runs
+
+
+def delays(given):
+    """DOPRI5 and its interpolant, steps no longer than the least delay."""
+    if not build.libraries():
+        return {}
+    return {"C++ RK45": functools.partial(calls.delayed, given)}

@@ -6,6 +6,7 @@ import time
 import numpy as np
 
 import fastdyn
+from fastdyn.delays import prepare_dde
 from fastdyn.kernels.methods import COMPLEX, METHODS
 from fastdyn.planets import Planets
 
@@ -139,6 +140,27 @@ def dae(given):
         return run
 
     return {"fastdyn solve_dae": prepare}
+
+
+def delays(given, names=("Tsit5", "Vern7", "Vern9", "DOP853")):
+    """Prepared solvers, and the plain call with the method that "auto" takes."""
+    made = {f"fastdyn {name}": functools.partial(_delayed, given, name) for name in names}
+    return made | {"fastdyn by solve_dde": functools.partial(_plain_delayed, given)}
+
+
+def _delayed(given, method, tol):
+    solve = prepare_dde(
+        given.fun, (0.0, given.end), given.history, method, t_eval=[given.end], rtol=tol, atol=tol
+    )
+    return lambda: end_of(solve())
+
+
+def _plain_delayed(given, tol):
+    return lambda: end_of(
+        fastdyn.solve_dde(
+            given.fun, (0.0, given.end), given.history, t_eval=[given.end], rtol=tol, atol=tol
+        )
+    )
 
 
 def hybrid(given):
