@@ -70,8 +70,6 @@ def pendulum(tmp_path_factory):
     return systems.pendulum(V0=4.0).page(file)
 
 
-# On a circle the apsides are where the error crosses zero, twice in some steps.
-@pytest.mark.filterwarnings("ignore:.event. crosses zero")
 @pytest.mark.parametrize("name", [*systems.SYSTEMS, *DERIVED])
 def test_a_page_has_the_numbers_of_fastdyn(name, driver, tmp_path):
     if name not in systems.SYSTEMS:

@@ -24,8 +24,6 @@ MOST_BYTES = 400_000
 
 @needs_node
 @pytest.mark.few(5)
-# On a circle the apsides are where the error crosses zero, twice in some steps.
-@pytest.mark.filterwarnings("ignore:.event. crosses zero")
 @pytest.mark.parametrize("name", systems.SYSTEMS)
 def test_a_page_solves_as_fastdyn_does(name, tmp_path):
     case = Case(name)

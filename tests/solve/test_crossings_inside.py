@@ -38,6 +38,15 @@ def around_the_sun(t, y):
     return [y[2], y[3], -y[0] / r3, -y[1] / r3]
 
 
+def apsis(name):
+    """A fresh event function, whose zeros are the apsides of an orbit."""
+
+    def event(t, y):
+        return y[0] * y[2] + y[1] * y[3]
+
+    return types.FunctionType(event.__code__.replace(co_name=name), globals(), name)
+
+
 def lorenz(t, y):
     return [10 * (y[1] - y[0]), y[0] * (28 - y[2]) - y[1], y[0] * y[1] - 8 / 3 * y[2]]
 
@@ -175,6 +184,58 @@ def test_the_same_method_with_a_level_that_is_not_reached_says_nothing():
                 turning, SPAN, [1.0, 0.0], "DOP853", events=crossing("not_reached", level)
             )
         )
+
+
+@pytest.mark.parametrize("e", [0.0, 1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("method", [*SCIPYS, "ode45", "ode23"])
+def test_apsides_of_a_circle_which_are_noise_are_not_told(method, e):
+    """Without the look at the depth of the dips, most of these orbits are."""
+    y0 = [1.0, 0.0, 0.0, np.sqrt(1.0 + e)]
+    for rtol in (1e-3, 1e-6):
+        event = apsis(f"apsis_{method}_{e}_{rtol}")
+        given = around_the_sun, (0, 40 * np.pi), y0, method
+        assert not told_by(
+            lambda given=given, event=event, rtol=rtol: solve_ivp(
+                *given, events=event, rtol=rtol, atol=1e-2 * rtol
+            )
+        )
+
+
+@pytest.mark.parametrize("method", ["Tsit5", "Vern7", "Vern9", "Rodas5P"])
+def test_noise_within_steps_makes_no_events(method):
+    """Each step may cross zero at its ends; the pairs within made 183 more of Rodas5P's 1281."""
+    y0 = [1.0, 0.0, 0.0, 1.0 + 5e-10]
+    given = {"rtol": 1e-6, "atol": 1e-8, "dense_output": True}
+    found = solve_ivp(around_the_sun, (0, 40 * np.pi), y0, method, events=apsis("noise"), **given)
+    at_ends = np.sign([apsis("noise")(0, y) for y in found.y.T])
+    assert len(found.t_events[0]) == (at_ends[1:] * at_ends[:-1] <= 0.0).sum()
+
+
+def test_a_peak_of_more_than_its_noise_counts_and_is_told():
+    """The level is four tolerances of g below the peak; at half a tolerance nothing is told."""
+    tolerance = TIGHT["rtol"] + TIGHT["atol"]
+    for height, told in ((4.0, 1), (0.5, 0)):
+        event = crossing(f"high_{height:g}", 1.0 - height * tolerance)
+        given = turning, (0, 12), [-1.0, 0.0]
+        ours = solve_ivp(*given, "Vern9", events=event, rtol=1e-9, atol=1e-9)
+        assert len(ours.t_events[0]) == 4
+        said = told_by(lambda event=event, given=given: solve_ivp(
+            *given, "RK45", events=event, max_step=1.3, **TIGHT
+        ))  # fmt: skip
+        assert len(said) == told
+
+
+def test_values_that_rest_move_no_event_function():
+    """A component that stays the same decides between two functions: it makes no noise."""
+
+    def chosen(t, y):
+        return y[0] - 0.99 if y[2] == 1.0 else -1.0
+
+    def with_a_mode(t, y):
+        return [y[1], -y[0], 0.0]
+
+    given = with_a_mode, SPAN, [-1.0, 0.0, 1.0], "DOP853"
+    assert len(told_by(lambda: solve_ivp(*given, events=chosen, **TIGHT))) == 1
 
 
 @pytest.mark.parametrize(("t_end", "n_told"), [(6.0, 0), (6.2, 1), (7.0, 1)])

@@ -70,7 +70,7 @@ def find_all(kernels, solve, output, events, scratch, t, reached, ready, d):
     if not ready:
         interpolate(kernels, solve, d)
     if by_sign:
-        end = _note_others(s, o, events, d, t, meets, end, scratch)
+        end = _note_others(solve, o, events, d, t, meets, end, scratch)
     if meets != NEVER:
         end = _note_met(s, events, d, t, meets, first, end, scratch)
         if end == RAISES:
@@ -188,8 +188,9 @@ def _is_wanted(e, turn, begins):
 
 
 @njit(**INTERNAL)
-def _note_others(s, o, events, d, t, meets, end, scratch):
+def _note_others(solve, o, events, d, t, meets, end, scratch):
     """Note the events without a series by their signs; return the new end of the notes."""
+    s = solve.state[0]
     middle = 0.5 * (s.t_old + t)
     h = s.t - s.t_old
     for i in range(len(events.table)):
@@ -200,5 +201,5 @@ def _note_others(s, o, events, d, t, meets, end, scratch):
             g = value(e.block, d, s.t_old, h, middle, scratch[0], scratch[1])
             bend = second_difference(e.g, g, e.g_new)
             if may_turn(e.g, g, e.g_new, bend) or changes_sign(e):
-                end = note_inside(s, o, events, i, d, t, meets, end, scratch)
+                end = note_inside(solve, o, events, i, d, t, meets, end, scratch)
     return end

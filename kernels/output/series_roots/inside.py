@@ -6,7 +6,9 @@ evaluated on the interpolant, at PARTS - 1 points inside the step and where the 
 zero between them: each change of sign is an occurrence.
 
 Methods whose results are SciPy's or MATLAB's keep their occurrences, at most one a step; the first
-two crossings of an event that are lost so are noted, for a warning.
+two crossings of an event that are lost so are noted, for a warning.  Where the error of the step
+may move the function more than it changes (`shallow`), crossings are not noted, and of a step of a
+method that counts all the signs at the ends decide alone.
 """
 
 import numpy as np
@@ -32,11 +34,12 @@ from ..events import (
 )
 from ..meetings import MET, NEVER, RAISES, distance_to_meet, has_rate, meet_schedule
 from ..segments import is_border
+from .shallow import TIME, VALUE, fill_shallow, is_noise
 
 TURNS = 8  # most evaluations in search of one turning point
 CLOSE = 1e-3  # distance of two estimates of a turning point, in parts, that ends the search
 POINTS = 2 * PARTS  # most points in a step
-TIME, VALUE, WIDTH = 0, 1, 32  # rows of the points, and their length
+WIDTH = 32  # length of the rows of the points
 
 
 @njit(**INTERNAL)
@@ -68,7 +71,7 @@ def find_inside(kernels, solve, output, events, scratch, t, reached, ready, d):
     counted = s.n_extra
     if not ready and (occurs or n_told > 0):
         interpolate(kernels, solve, d)
-    lost = note_lost(s, table, d, t, scratch) if n_told > 0 else 0
+    lost = note_lost(solve, table, d, t, scratch) if n_told > 0 else 0
     if not occurs:
         s.n_extra = counted  # the look alone takes no evaluations of SciPy's
         o.lost |= lost
@@ -79,7 +82,7 @@ def find_inside(kernels, solve, output, events, scratch, t, reached, ready, d):
         e = table[i]
         met = e.active == MET
         if e.active and (e.within == COUNTS or not met):
-            end = note_inside(s, o, events, i, d, t, meets, end, scratch)
+            end = note_inside(solve, o, events, i, d, t, meets, end, scratch)
             if raised(e.block):
                 return FAILED
         if met:
@@ -99,11 +102,12 @@ def find_inside(kernels, solve, output, events, scratch, t, reached, ready, d):
 
 
 @njit(**INTERNAL)
-def note_lost(s, table, d, t, scratch):
+def note_lost(solve, table, d, t, scratch):
     """Note the first two crossings of each event of which a step up to t loses some; 1 if any.
 
     One time twice notes a time at which the function of the event stays exactly zero.
     """
+    s = solve.state[0]
     lost = 0
     points = rows_on_stack(2, WIDTH)
     h = s.t - s.t_old
@@ -116,9 +120,10 @@ def note_lost(s, table, d, t, scratch):
         flat = _flat(points, n)
         edges = flat >= 0
         if edges and e.jump == 0:
-            e.lost = e.lost_next = points[TIME, flat]
-            lost = 1
-        elif _is_lost(e, points, n, edges):
+            if not is_noise(solve, e, d, points, n, scratch):
+                e.lost = e.lost_next = points[TIME, flat]
+                lost = 1
+        elif _loses(solve, e, d, points, n, edges, scratch):
             _time_lost(e, d, s.t_old, h, points, n, edges, scratch)
             lost = 1
         if raised(e.block):  # where SciPy does not look, nothing raises
@@ -149,8 +154,9 @@ def _forget_behind(s, table, t):
 
 
 @njit(**INTERNAL)
-def note_inside(s, o, events, i, d, t, meets, end, scratch):
+def note_inside(solve, o, events, i, d, t, meets, end, scratch):
     """Note the occurrences of event i in a step; return the new end of the notes."""
+    s = solve.state[0]
     e = events.table[i]
     h = s.t - s.t_old
     e.active = 0
@@ -163,6 +169,8 @@ def note_inside(s, o, events, i, d, t, meets, end, scratch):
         changes = _changes(points, n, 0.0, False)
         if _has_zeros(points, n):
             return _note_edges(s, o, events, i, d, (points, n), t, meets, end, scratch)
+        if changes > 1 and is_noise(solve, e, d, points, n, scratch):
+            changes = 0
     if changes <= 1:
         if changes_sign(e):
             root = root_in(e, d, s.t_old, t, s.t_old, h, scratch)
@@ -268,7 +276,7 @@ def _points(e, d, t, t_old, h, points, scratch):
                 points[TIME, j] = points[TIME, j - 1]
                 points[VALUE, j] = points[VALUE, j - 1]
             points[TIME, after] = found
-            points[VALUE, after] = -np.sign(points[VALUE, k if after > k else k + 1])
+            points[VALUE, after] = value(e.block, d, t_old, h, found, y, out)
             n += 1
             k += 2
         k += 1
@@ -348,6 +356,15 @@ def _is_lost(e, points, n, edges):
     """Whether a step has more occurrences of an event than SciPy's."""
     several = edges or _changes(points, n, 0.0, False) > 1
     return several and _changes(points, n, e.direction, edges) > changes_sign(e)
+
+
+@njit(**INTERNAL)
+def _loses(solve, e, d, points, n, edges, scratch):
+    """`_is_lost`, of the crossings that are no noise; points of noise become zero."""
+    while _is_lost(e, points, n, edges):
+        if edges or not fill_shallow(solve, e, d, points, n, scratch):
+            return True
+    return False
 
 
 @njit(**INTERNAL)
