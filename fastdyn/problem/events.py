@@ -302,12 +302,16 @@ def between_steps(problem):
 
 def of_own(event, n):
     """An Event as one of a longer state, whose first n components are the event's state."""
-    given: Any = event.function
+    return event.form(of_first(event.function, n))
+
+
+def of_first(given: Any, n):
+    """A function of a longer state, of whose first n components `given` is a function."""
 
     def watched(t, y, *args):
         return given(t, y[:n], *args)
 
-    return event.form(watched)
+    return watched
 
 
 def bare(events):

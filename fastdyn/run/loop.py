@@ -294,9 +294,13 @@ class Run(LaidOut):
         """The words of the kernel's arguments and of its Launch; both change with the plan."""
         return self._words, self._launch
 
+    def to_tell(self):
+        """The names of the counts of what a solve is to tell, steps and crossings."""
+        return ["n_standing"] * counts_beyond(self.problem) + ["lost"] * self.tells
+
     def tells_of(self):
-        """``told(memory)``: counts of what a solve is to tell, steps and crossings; or None."""
-        names = ["n_standing"] * counts_beyond(self.problem) + ["lost"] * self.tells
+        """``told(memory)``: the counts of what a solve is to tell; or None."""
+        names = self.to_tell()
         return self.plan.counts(*names) if names else None
 
     def doubts(self, memory):

@@ -1,7 +1,7 @@
 """The end of a run: the status, a sentence, and the result."""
 
 import struct
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from fastdyn.problem.schedules import in_order
 
 from .dense_output import PiecewisePolynomial, floors_of
 from .functions.undefined import of_undefined
-from .output import OCCURRENCES, occurrences
+from .output import OCCURRENCES, Copies, add_parts, as_components, conversion, occurrences
 from .result import COUNTS, FIELDS, Counted, OdeResult, counted
 from .stiffness import of_failure
 
@@ -76,11 +76,9 @@ OF_JUMPS = (
     "`breakpoints=`. If the equations switch to and fro about a limit there, give an event that "
     "resets the state, or hysteresis."
 )
-FLOAT = np.dtype(float)
 EMPTY = np.empty(0)
 # Fields that `results` writes without their formulas, which take 0.1 us each.
 WRITTEN_OUT = {"nfev", "njev", "nlu", "n_accepted", "n_rejected"}
-MOST_COPIES = 64  # numbers of points whose slices are kept, of some 500 bytes each
 BLOWN_UP = 1e8  # growth relative to the initial state that counts as a blow-up
 
 
@@ -190,44 +188,49 @@ def result_of(problem, status, run):
     return results(problem, run.plan)(run.memory, run.grown, code, message)
 
 
-def results(problem, plan, own=None):
+def results(problem, plan, own=None, divided=None):
     """``make(memory, grown=None, code=0, message=SUCCESS)``: the OdeResult of a solve of a problem.
 
     `code` is SciPy's status.  The output lies in the memory of the solve, or in `grown`, the
     Output.  Arrays of the result are parts of the memory, or copies if most of the memory was not
     used, or if all solves have one memory, `own`.
+
+    With `own`, ``divided(states)`` may divide the output of a longer state, shape (k, N): into the
+    states of the result, shape (k, n), and a dict of the parts of its field `sensitivity`.  Then
+    there are neither events nor `sol`.
     """
     n = plan.n
     n_stages = problem.method.n_stages
     has_matrices = problem.method.n_matrices > 0
-    more = _more(problem, plan)
+    convert = conversion(problem)
+    more = _more(problem, plan, own)
     t_begin, *_, (room,) = plan.arrays["output.t"]
     y_begin = plan.arrays["output.y"][0]
     at_times = problem.t_eval is not None
     points = "i_eval" if at_times else "n_out"
     counts = plan.counts("n_accepted", "n_rejected", "n_extra", points)
-    copies = None
-    words = None
-    plain = None
+    copies = words = plain = None
     if own is not None:
-        copies, words = _Copies(plan, own), memoryview(own)
+        copies, words = Copies(plan, own, divided), memoryview(own)
+        if divided is not None:
+            more = add_parts
     others = any(field.name not in WRITTEN_OUT for field in COUNTS)
     # Copied for each result, in a third of the time that 13 keywords take.
     empty = dict.fromkeys(FIELDS)
     empty |= {"njev": 0, "nlu": 0, "status": 0, "message": SUCCESS, "success": True}
 
-    if copies is not None and more is None and not has_matrices and not others:
+    if copies is not None and convert is None and not has_matrices and not others:
         names = points, "n_accepted", "n_rejected", "n_extra"
         places = [address_of(own) + plan.place(name) for name in names]
-        plain = Plain(OdeResult, empty, copies, places, n_stages)
+        plain = Plain(OdeResult, empty, copies, more, places, n_stages)
 
     def make(memory, grown=None, code=0, message=SUCCESS):
         numbers = memory if words is None else words  # whose address is found in half of the time
         n_accepted, n_rejected, n_extra, k = counts(numbers)
-        if copies is not None:
-            copy_t, copy_y = copies[k]
-            t = copy_t()
-            y = copy_y()
+        copied = None if copies is None else copies[k]
+        if copied is not None:
+            t = copied[0]()
+            y = copied[1]()
         elif grown is not None:
             t, y = grown.points()
             y = y.T
@@ -239,13 +242,12 @@ def results(problem, plan, own=None):
                 y = y.copy()
             y = y.reshape(k, n).T
         found = OdeResult(empty)
+        if convert is not None:
+            t, y = convert(t, y)
+        found["t"] = t if k or not at_times else []  # as in SciPy
+        found["y"] = y if k or not at_times else []
         if more is not None:
-            t, y = more(found, memory, numbers, grown, t, y)
-        if not k and at_times:  # as in SciPy
-            t = []
-            y = []
-        found["t"] = t
-        found["y"] = y
+            more(found, copied, memory, numbers, grown)
         found["nfev"] = n_extra + n_stages * (n_accepted + n_rejected)
         if has_matrices:
             found["njev"], found["nlu"] = n_factorised(memory)
@@ -267,73 +269,54 @@ def results(problem, plan, own=None):
 class Plain(NamedTuple):
     """What `make` of `results` makes a plain result of, for `specialise/builtin.py`.
 
-    `places` are the addresses of the number of points and of the counts of steps accepted and
-    rejected and of other evaluations.
+    ``more(found, copied)`` adds what other fields need; `copied` is an entry of `copies`.  `places`
+    are the addresses of the number of points and of the counts of steps accepted and rejected and
+    of other evaluations.
     """
 
     kind: type
     empty: dict
     copies: dict
+    more: Any
     places: list
     stages: int
 
 
-class _Copies(dict):
-    """By the number of points, the functions that copy the times and the states of a memory.
+def _more(problem, plan, own):
+    """``more(found, copied, ...)``, which fills `sol` and the fields of events.
 
-    The bound methods of two slices, laid out once, copy in half of the time.
-    """
-
-    def __init__(self, plan, own):
-        self._t, self._y = [plan.view(own, name) for name in ("output.t", "output.y")]
-
-    def __missing__(self, k):
-        if len(self) >= MOST_COPIES:
-            self.clear()
-        found = self[k] = self._t[:k].copy, self._y[:k].T.__copy__  # which keeps the order
-        return found
-
-
-def _more(problem, plan):
-    """``more(found, memory, numbers, grown, t, y)``, which fills `sol` and the fields of events.
-
-    `numbers` is the memory as a buffer.  The function returns t and y.  None if they need no more,
-    and there is nothing to fill.
+    The memory, by default `own`, and this memory as a buffer follow, and the Output that has grown;
+    `found` has its times.  None if there is nothing to fill.
     """
     p = problem
+    if p.events is None and not p.dense_output and p.nonnegative is None:
+        return None
     n = plan.n
     view = plan.view
-    dtype = None
-    if p.t_eval is not None:
-        dtype = p.t_eval.dtype
-    usual = (dtype is None or dtype == FLOAT) and not p.mode.complex_numbers
-    if usual and p.events is None and not p.dense_output and p.nonnegative is None:
-        return None
     d_begin = plan.arrays["output.d"][0]
     spans_begin = plan.arrays["output.spans"][0]
     rows = plan.arrays["output.d"][3][1]
     counts = plan.counts("n_dense", "n_events")
 
     each_event = range(plan.n_events)
+    own_words: Any = None if own is None else memoryview(own)
     new_empty = EMPTY.copy
-    is_complex = p.mode.complex_numbers
     dense = p.dense_output
     watched = p.events is not None
     cut = p.nonnegative is not None
 
-    def more(found, memory, numbers, grown, t, y):
+    def more(found, copied, memory=own, numbers=own_words, grown=None):
         n_dense, n_events = counts(numbers)
-        if dtype is not None:
-            t = t.astype(dtype, copy=False)
-        if is_complex:
-            y = as_components(p, y.T).T
         if dense:
             if grown is not None:
                 d, spans = grown.polynomials()
             else:
                 d = memory[d_begin : d_begin + n_dense * rows * n].reshape(n_dense, rows, n)
                 spans = memory[spans_begin : spans_begin + 2 * n_dense].reshape(n_dense, 2)
-            found["sol"] = _solution(p, t, d, spans)
+                if own is not None:
+                    d = d.copy()
+                    spans = spans.copy()
+            found["sol"] = _solution(p, found["t"], d, spans)
         if watched:
             if grown is not None:
                 times, states = occurrences_of(p, *grown.found_so_far())
@@ -350,16 +333,8 @@ def _more(problem, plan):
             found["y_events"] = states
         if cut:
             warn_of_cut(view(memory, "solve.state")["cut"][0])
-        return t, y
 
     return more
-
-
-def as_components(problem, numbers):
-    """Numbers along the last axis as components of the state, complex if the state is."""
-    if not problem.mode.complex_numbers:
-        return numbers
-    return np.ascontiguousarray(numbers).view(complex)
 
 
 def _solution(problem, t, polynomials, spans):

@@ -12,6 +12,8 @@ from fastdyn.kernels.state.record import STATE
 PIECE = 128  # points in the first piece of the output; each later piece is twice as long
 PIECE_NUMBERS = 2**22  # most numbers in a piece
 FEWEST = 4  # fewest places in the first piece
+MOST_COPIES = 64  # numbers of points whose slices are kept, of some 500 bytes each
+FLOAT = np.dtype(float)
 OCCURRENCES = ("events.index", "events.t", "events.y")
 
 
@@ -154,6 +156,59 @@ class Output:
             found = tuple(arrays[name] for name in ("e_index", "e_t", "e_y"))
             self._events = [found]
             o["n_events"] = 0
+
+
+class Copies(dict):
+    """By the number of points, the functions that copy the times and the states of a memory.
+
+    The bound methods of two slices, laid out once, copy in half of the time.  With `divided` of
+    `outcome.results`, (name, function) pairs follow, for the parts of `sensitivity`.
+    """
+
+    def __init__(self, plan, own, divided):
+        self._t, self._y = [plan.view(own, name) for name in ("output.t", "output.y")]
+        self._divided = divided
+
+    def __missing__(self, k):
+        if len(self) >= MOST_COPIES:
+            self.clear()
+        states = self._y[:k]
+        parts: tuple = ()
+        if self._divided is not None:
+            states, named = self._divided(states)
+            parts = tuple([(name, part.__copy__) for name, part in named.items()])
+        found = self[k] = self._t[:k].copy, states.T.__copy__, parts  # which keeps the order
+        return found
+
+
+def add_parts(found, copied, *_):
+    """Add the field `sensitivity`, from an entry of Copies."""
+    parts = found["sensitivity"] = {}
+    for name, copy in copied[2]:
+        parts[name] = copy()
+
+
+def as_components(problem, numbers):
+    """Numbers along the last axis as components of the state, complex if the state is."""
+    if not problem.mode.complex_numbers:
+        return numbers
+    return np.ascontiguousarray(numbers).view(complex)
+
+
+def conversion(problem):
+    """``convert(t, y)``: times and states in the types of the problem; None if they have these."""
+    p = problem
+    dtype = None if p.t_eval is None or p.t_eval.dtype == FLOAT else p.t_eval.dtype
+    is_complex = p.mode.complex_numbers
+    if dtype is None and not is_complex:
+        return None
+
+    def convert(t, y):
+        if dtype is not None:
+            t = t.astype(dtype, copy=False)
+        return t, as_components(p, y.T).T if is_complex else y
+
+    return convert
 
 
 def occurrences(index, t, y, n_events):

@@ -23,7 +23,7 @@ from fastdyn.specialise.builtin import builtin
 
 from .begin import fill_atol, fill_span, unit_of_times
 from .functions.interruptible import Interruptible
-from .functions.readers import ARRAY, FLOAT, NUMBERS, is_left, reader_of, taken_from
+from .functions.readers import ARRAY, FLOAT, NUMBERS, is_left, reader_of, taken_from, together
 from .laid_out import new_memory
 from .loop import announce
 from .memory import MEMORY, Y0
@@ -141,7 +141,7 @@ class ReadyRun:
         self._n_left = -1  # this solve may have left a function to Python
         self._sides = [(memoryview(block), i) for i, block in enumerate(run.compared.deciding)]
         self._own = None
-        if not problem.dense_output and plan.size <= FEW_WORDS:
+        if plan.size <= FEW_WORDS:
             self._own = new_memory(plan.size)
             launch[MEMORY] = address_of(self._own)
         self._result = (self._make or results)(problem, plan, self._own)
@@ -153,12 +153,11 @@ class ReadyRun:
         words = memoryview(self.room).cast("B")  # gives its address in a third of an array's time
         pack = struct.Struct(f"{self._n}d").pack_into
         least, most = self._sizes or (0.0, 0.0)
-        alone = len(self.run.bounds) == 1 and self.run.switching is None
-        read, block = self._readers[0]
+        read, block = together(self._readers, self.run.switching and self._switch)
         check, finish, left, sides = self._check, self._finish, self._left, self._sides
         at, own, size, make = self.run.launch_at, self._own, self.run.plan.size, self._result
         told = self.run.tells_of()
-        quick = self._quick = self._builtin(kernel) if alone and not self.run.tells else None
+        quick = self._quick = self._builtin(kernel, read, block)
 
         def go(fun, y0, args, events=(), t_span=None, t_eval=None):
             if current_errors() is not USUAL_ERRORS and numpy_errors_are_heard():
@@ -172,7 +171,7 @@ class ReadyRun:
             if N_LEFT[0] != self._n_left and self._is_left(fun, args, events):
                 return None
             memory = own
-            status = None if quick is None else quick(fun, y0, args)
+            status = None if quick is None else quick(fun, y0, args, events)
             if status.__class__ is OdeResult:
                 return status
             if status is None:
@@ -189,7 +188,7 @@ class ReadyRun:
                     return None
                 if most and not least <= max(map(abs, state)) <= most:
                     return None
-                held = read(fun, args, block) if alone else self._read_all(fun, args, events)
+                held = read(fun, args, events if block is None else block)
                 if held is None:
                     return None
                 if left[0] <= 1:  # a comparison is due
@@ -211,16 +210,20 @@ class ReadyRun:
 
         return go
 
-    def _builtin(self, kernel):
+    def _builtin(self, kernel, read, block):
         """The builtin that starts a kernel; None if solves by the kernel need other checks."""
-        if kernel is not self.run.plan.launch or self._own is None or self._sizes:
+        run = self.run
+        if kernel is not run.plan.launch or self._own is None or self._sizes:
             return None
         if self._left[0] < FEWEST_BY_BUILTIN:
             return None
-        parts = None if self._sides else getattr(self._result, "plain", None)
+        names = run.to_tell()
+        told = address_of(self._own) + run.plan.place(names[0]) if names else None
+        parts = getattr(self._result, "plain", None)
+        if self._sides or len(names) > 1:
+            parts = None
         state = self.room[: self._n]
-        given = kernel, self.run.launch_at, *self._readers[0], self._left, state
-        return builtin(*given, parts)
+        return builtin(kernel, run.launch_at, read, block, self._left, state, told, parts)
 
     def _is_left(self, fun, args, events):
         """Whether a function is left to Python; looked at after another one was left."""
@@ -266,18 +269,6 @@ class ReadyRun:
         for bound in run.bounds:
             bound.held.take(None, ())
         return status
-
-    def _read_all(self, fun, args, events) -> Any:
-        """The values of all functions, which live until the kernel ends; None as of a reader."""
-        held = []
-        for i, function in enumerate((fun, *events)):
-            read, block = self._readers[i]
-            held.append(read(function, args, block))
-        if None in held:
-            return None
-        if self.run.switching is not None:
-            self._switch(held)
-        return held
 
     def _switch(self, given):
         """Let the steps end at the switching times for the given values of the functions."""

@@ -12,15 +12,15 @@ import numpy as np
 from fastdyn.compile.derivatives.sensitivities import decides
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.kernels.methods.taylor.accuracy import order_for
-from fastdyn.problem.events import Event, asked_of, bare, of_own
+from fastdyn.problem.events import Event, asked_of, bare, of_first
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.sensitivities import Tolerances, directions_of, with_sensitivities
-from fastdyn.run import again
+from fastdyn.run import again, ready
 from fastdyn.run.again import Solver, keyed_code
 from fastdyn.run.ready import ReadyRun
 from fastdyn.run.solve_problem import in_time, run_of
 
-from .sensitivities import at_events, parted
+from .sensitivities import at_events, divided, not_met, parted
 
 FUNCTION = python.FunctionType
 DERIVATIVES = "sensitivity", "adjoint"
@@ -113,7 +113,11 @@ def _rest(t_eval, dense_output, events, vectorized, options):
         derivatives = [options.pop(name, None) for name in DERIVATIVES]
         options |= _given(*derivatives)
     if events is not None:
-        watched, functions = _watched(events)
+        if events.__class__ is FUNCTION and not events.__dict__:
+            watched = id(events.__code__)
+            functions = (events,)
+        else:
+            watched, functions = _watched(events)
     rest = (
         None if t_eval is None else len(t_eval), dense_output, vectorized, watched, *options,
         *options.values(),
@@ -127,8 +131,6 @@ def _watched(events):
     TypeError for what calls again do not take: what can be read once only, and events that have
     occurred before the run, whose rules are not those of their functions.
     """
-    if events.__class__ is FUNCTION and not events.__dict__:
-        return id(events.__code__), (events,)
     if callable(events) or events.__class__ is Event:
         events = (events,)
     if events.__class__ is not list and events.__class__ is not tuple:
@@ -270,12 +272,14 @@ class WithSensitivities(Repeated):
         if others:
             if not self.idle:
                 return None
-            own = [of_own(Event(event), len(self.problem.y0)).function for event in others]
+            own = [of_first(event, len(self.problem.y0)) for event in others]
         whole = super().solve(fun, y0, args, own, t_span, t_eval)
-        if whole is None:
-            return None
+        if whole is None or "sensitivity" in whole:
+            return whole
         found = None
-        if others:
+        if others and not any(map(len, whole["t_events"])):
+            found = not_met(len(others), len(self.problem.y0), self._directions)
+        elif others:
             p = self._with_events(others)
             t0, tf = (p.t0, p.tf) if t_span is None else map(float, t_span)
             p = p._replace(fun=fun, t0=t0, tf=tf, y0=np.array(y0, float), args=args)
@@ -297,7 +301,13 @@ class WithSensitivities(Repeated):
         if p.method.error_order:
             check = self._take_sizes
             self._tolerances = Tolerances(p, self._m)
+        if not p.events and not p.dense_output:
+            self.make = self._divided
         return self._ready(longer, run_of, stripped(longer), check)
+
+    def _divided(self, problem, plan, own):
+        """As `outcome.results`; the plain results are those of `parted`."""
+        return ready.results(problem, plan, own, divided(len(self.problem.y0), self._directions))
 
     def present(self, ready, fun, args, others):
         p = super().present(ready, fun, args, others)

@@ -85,6 +85,15 @@ def event_sensitivity(event, args, near, directions, at):
     return EventSensitivity(by_name(moved, directions), by_name(states, directions))
 
 
+def not_met(n_events, n, directions):
+    """`at_events` of events of which none has occurred, for a state of n components."""
+    none = np.zeros((n, sum([d.size for d in directions]), 0))
+    return [
+        EventSensitivity(by_name(none[0].copy(), directions), by_name(none.copy(), directions))
+        for _ in range(n_events)
+    ]
+
+
 def _parts(problem):
     """The number of parts of a state: [q, v], or a whole."""
     return 2 if problem.method.second_order else 1
@@ -161,6 +170,16 @@ def _watched(problem, n):
     if not problem.dense_output:
         whole.sol = None
     return whole
+
+
+def divided(n, directions):
+    """`parted` of states: ``divided(states)`` of `run.outcome.results`, for n components."""
+
+    def views(states):
+        columns = states[:, n:].T.reshape(n, -1, len(states))  # a view, as only an axis is split
+        return states[:, :n], by_name(columns, directions)
+
+    return views
 
 
 def parted(whole, n, directions, parts=1):

@@ -19,8 +19,8 @@ from fastdyn.problem.step_options import within
 from fastdyn.run.dense_output import PiecewisePolynomial, floors_of
 from fastdyn.run.functions.switching import goes_on, rest_of
 from fastdyn.run.loop import counters
-from fastdyn.run.outcome import as_components, end_of, n_factorised, occurrences_of
-from fastdyn.run.output import occurrences_in
+from fastdyn.run.outcome import end_of, n_factorised, occurrences_of
+from fastdyn.run.output import as_components, occurrences_in
 from fastdyn.run.result import COUNTS, FIELDS, Counted
 from fastdyn.run.resume import put_tables
 from fastdyn.run.solve_problem import begun, run_of_steps

@@ -26,8 +26,8 @@ CALLED = (
     "PyDict_SetItem",
 )  # fmt: skip
 FIELDS = ("t", "y", "nfev", "n_accepted", "n_rejected")
-OBJECTS = ("list", "float", "none", "read", "block", "kind", "empty", "copies")
-PLACES = ("left", "room", "kernel", "at", "points", "accepted", "rejected", "extra")
+OBJECTS = ("list", "float", "none", "read", "block", "kind", "empty", "copies", "more")
+PLACES = ("left", "room", "kernel", "at", "told", "points", "accepted", "rejected", "extra")
 NUMBERS = ("n", "end", "stages")
 TEXT = """
 declare ptr @PyLong_AsVoidPtr(ptr)
@@ -64,8 +64,10 @@ number:
   br label %numbers
 
 values:                                                 ; null: an exception; None: other code
+  %is_many = icmp eq ptr %block, %none
+  %third = select i1 %is_many, ptr %events, ptr %block
   %held = call ptr (ptr, ...) %PyObject_CallFunctionObjArgs(
-      ptr %read, ptr %fun, ptr %args, ptr %block, ptr null)
+      ptr %read, ptr %fun, ptr %args, ptr %third, ptr null)
   %raises = icmp eq ptr %held, null
   %is_none = icmp eq ptr %held, %none
   %ends = or i1 %raises, %is_none
@@ -80,7 +82,10 @@ solve:                                                  ; other threads run mean
   %k = load i64, ptr %points
   %is_end = icmp eq i64 %status, %end
   %has_points = icmp sgt i64 %k, 0
-  %is_plain = and i1 %is_end, %has_points
+  %has_end = and i1 %is_end, %has_points
+  %to_tell = load i64, ptr %told
+  %is_silent = icmp eq i64 %to_tell, 0
+  %is_plain = and i1 %has_end, %is_silent
   br i1 %is_plain, label %copy, label %code
 code:
   %found = call ptr %PyLong_FromLongLong(i64 %status)
@@ -102,7 +107,6 @@ make:
   %t = call ptr (ptr, ...) %PyObject_CallFunctionObjArgs(ptr %copy.t, ptr null)
   %y = call ptr (ptr, ...) %PyObject_CallFunctionObjArgs(ptr %copy.y, ptr null)
   %made = call ptr (ptr, ...) %PyObject_CallFunctionObjArgs(ptr %kind, ptr %empty, ptr null)
-  call void %Py_DecRef(ptr %pair)
   %is.accepted = load i64, ptr %accepted
   %is.rejected = load i64, ptr %rejected
   %is.extra = load i64, ptr %extra
@@ -118,8 +122,23 @@ CHECKS
 fill:                                                   ; of places that are there: nothing fails
 SETS
 RELEASES
+  %is_whole = icmp eq ptr %more, %none
+  br i1 %is_whole, label %whole, label %fields
+fields:                                                 ; the other fields
+  %filled = call ptr (ptr, ...) %PyObject_CallFunctionObjArgs(
+      ptr %more, ptr %made, ptr %pair, ptr null)
+  call void %Py_DecRef(ptr %filled)
+  %is_filled = icmp ne ptr %filled, null
+  br i1 %is_filled, label %whole, label %half
+whole:
+  call void %Py_DecRef(ptr %pair)
   ret ptr %made
+half:
+  call void %Py_DecRef(ptr %pair)
+  call void %Py_DecRef(ptr %made)
+  ret ptr null
 release:                                                ; the memory is full; `Py_DecRef` takes null
+  call void %Py_DecRef(ptr %pair)
   call void %Py_DecRef(ptr %made)
 RELEASES
   ret ptr null
@@ -147,7 +166,7 @@ def _text(symbol):
     for i, name in enumerate((*CALLED, *OBJECTS, *[f"of.{f}" for f in FIELDS], *PLACES, *NUMBERS)):
         loads.append(f"%{name}.word = getelementptr i64, ptr %words, i64 {i}")
         loads.append(f"%{name} = load {'i64' if name in NUMBERS else 'ptr'}, ptr %{name}.word")
-    for i, name in enumerate(("fun", "y0", "args")):
+    for i, name in enumerate(("fun", "y0", "args", "events")):
         loads.append(f"%{name}.at = getelementptr ptr, ptr %given, i64 {i}")
         loads.append(f"%{name} = load ptr, ptr %{name}.at")
     for i, field in enumerate(FIELDS, 1):
@@ -175,8 +194,8 @@ def _shared():
     return code, _Definition(b"solve", code.address, FASTCALL, None), called
 
 
-def builtin(kernel, at, read, block, left, state, plain) -> Any:
-    """``solve(fun, y0, args)``: the result of a plain solve, or the status of a run's kernel.
+def builtin(kernel, at, read, block, left, state, told, plain) -> Any:
+    """``solve(fun, y0, args, events)``: the result of a plain solve, or the status of its kernel.
 
     None if `y0` is no list of n floats, if a comparison is due, or if `read` returns None; then no
     kernel has run.  An exception of `read` passes through.
@@ -187,20 +206,26 @@ def builtin(kernel, at, read, block, left, state, plain) -> Any:
     at : ctypes.c_void_p
         The address of the words of the kernel.
     read : callable
-        ``read(fun, args, block)``, whose result lives until the kernel ends.
-    block : ndarray
+        ``read(fun, args, block)``, whose result lives until the kernel ends; or
+        ``read(fun, args, events)``, if `block` is None.
+    block : ndarray or None
     left : array of int
         The first number is that of the solves until the next comparison.
     state : ndarray, shape (n,)
         The kernel's initial state.
+    told : int or None
+        The address of a count; a solve with another count than 0 returns its status.
     plain : outcome.Plain or None
         The parts of plain results; without these, each solve returns a status.
     """
     code, definition, called = _shared()
     end = NO_STATUS if plain is None else FINISHED
-    kind, empty, copies, counts, stages = plain or (None, None, None, [address_of(state)] * 4, 0)
-    objects = list, float, None, read, block, kind, empty, copies, *FIELDS
-    places = left.buffer_info()[0], address_of(state), _address(kernel), at.value, *counts
+    nothing = array("q", [0])
+    none = None, None, None, None, [nothing.buffer_info()[0]] * 4, 0
+    kind, empty, copies, more, counts, stages = plain or none
+    objects = list, float, None, read, block, kind, empty, copies, more, *FIELDS
+    told = told or nothing.buffer_info()[0]
+    places = left.buffer_info()[0], address_of(state), _address(kernel), at.value, told, *counts
     words = array("q", [*called, *map(id, objects), *places, len(state), end, stages])
-    held = code, definition, words, objects, left, state  # by the builtin, in its `module`
+    held = code, definition, words, objects, left, state, nothing  # by the builtin, in its `module`
     return NEW_BUILTIN(ctypes.addressof(definition), words.buffer_info()[0], held)

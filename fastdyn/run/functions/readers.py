@@ -1,5 +1,7 @@
 """Readers of the values of one solve by a ReadyRun: its state, and what its functions use."""
 
+from typing import Any
+
 import numpy as np
 
 from fastdyn.compile.bind import rebind
@@ -48,6 +50,38 @@ def kind_of(fun, args):
     cells = getattr(fun, "__closure__", None) or ()
     inner = [type(cell.cell_contents) for cell in cells if cell != EMPTY]
     return codes(fun, args), [type(fun), *inner, *map(type, args)]
+
+
+def together(readers, switch=None) -> Any:
+    """``read(fun, args, block)`` and the block; ``read(fun, args, events)`` and None for many.
+
+    `readers` are those of all functions, each with its block.  ``switch(held)`` follows the
+    reading: `held` are the values of all functions, which live until the kernel ends.
+    """
+    (first, own), *others = readers
+    if switch is None and not others:
+        return first, own
+
+    def read_both(fun, args, events):
+        held = first(fun, args, own)
+        found = None if held is None else second(events[0], args, other)
+        return None if found is None else (held, found)
+
+    def read_all(fun, args, events):
+        held = []
+        for function, (read, block) in zip((fun, *events), readers, strict=True):
+            found = read(function, args, block)
+            if found is None:
+                return None
+            held.append(found)
+        if switch is not None:
+            switch(held)
+        return held
+
+    if switch is not None or len(others) > 1:
+        return read_all, None
+    ((second, other),) = others
+    return read_both, None
 
 
 def is_left(problem, bounds, functions, args):
