@@ -201,12 +201,13 @@ class _Ensemble:
             return
         self._members.y0[i] = solver.y0
         results.status[i] = CODES.get(found.status, STEP_TOO_SMALL)
-        count = results.counted()[i]
+        count = results.counts[i]
         stages = solver.problem.method.n_stages
         count["n_accepted"] = found.n_accepted
         count["n_rejected"] = found.n_rejected
         count["n_extra"] = found.nfev - stages * (found.n_accepted + found.n_rejected)
         results.t_end[i], results.y_end[i] = solver.end(found)
+        results.h_end[i] = solver.next_step
         if solver.problem.t_eval is not None:
             count["n_times"] = len(found.t)
             results.y_eval[i, : len(found.t)] = found.y.T

@@ -131,6 +131,11 @@ class PreparedDelays:
         """Whether a function runs in Python."""
         return any(bound.callback is not None for bound in self._equation.run.bounds)
 
+    @property
+    def next_step(self):
+        """The size of the step that the last solve would have taken next."""
+        return float(self._equation.run.view("solve.state")["h"][0])
+
     def end(self, found):
         """The time and the state at the end of the last solve, whose result is `found`."""
         if found.status == 1:  # at the last event

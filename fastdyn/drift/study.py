@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot.displayed import display
-from fastdyn.run.loop import counters
-from fastdyn.run.result import Counted, counted
+from fastdyn.run.result import Ended, following
 
 from .growth import Growth, growth
 from .phase import phase
@@ -78,7 +77,7 @@ class Study:
     """
 
     def __init__(self, system, problem, names, survey, times, message):
-        counts = Counted(*counters(survey.state))
+        ended = Ended.of(survey.state[0])
         n_bins = int(survey.record["i_bin"][0])
         n_looks = int(survey.record["n"][0])
         self.system = system
@@ -87,8 +86,8 @@ class Study:
         self.method = problem.method.name
         self.step = 0.0 if problem.method.error_order else problem.h
         self.rtol = float(np.max(problem.rtol)) if problem.method.error_order else None
-        self.n_steps = counts.n_accepted
-        self.nfev = counted(problem.method, counts)["nfev"]
+        self.n_steps = ended.n_accepted
+        self.nfev = following(problem.method, ended)["nfev"]
         self.t = survey.t_bins[:n_bins]
         self.y = survey.y_bins[:n_bins].T
         self.drifts = {}

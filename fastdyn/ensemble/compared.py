@@ -73,7 +73,7 @@ def _states(problem, results, i, count):
     times = [float(results.t_end[i])]
     states = [np.array(results.y_end[i])]
     y = results.y_eval[i]  # empty if a store has the states
-    known = min(len(y), int(results.counted()["n_times"][i]))
+    known = min(len(y), int(results.counts["n_times"][i]))
     for k in np.unique(np.linspace(0, known - 1, count - 1).astype(int)) if known else ():
         if np.isfinite(y[k]).all():
             times.append(float(problem.t_eval[k]))
@@ -88,7 +88,7 @@ def _alone(ensemble, results, i):
     """
     p = ensemble.problem
     members = ensemble.members
-    counts = results.counted()
+    counts = results.counts
     if not counts["n_accepted"][i]:
         return None
     n_steps = int(counts["n_accepted"].sum() + counts["n_rejected"].sum())

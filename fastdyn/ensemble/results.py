@@ -4,11 +4,8 @@ import math
 
 import numpy as np
 
+from fastdyn.kernels.ensemble.arguments import COUNTED
 from fastdyn.kernels.state.record import INTERRUPTED
-
-# The columns of `counts`, which `kernels/ensemble/scheduler.py` writes.
-COUNTS = "n_accepted", "n_rejected", "n_extra", "n_times", "n_standing"
-COUNTED = np.dtype([(name, "i8") for name in COUNTS])
 
 
 class Results:
@@ -24,7 +21,7 @@ class Results:
     n_folds : int
     """
 
-    ROWS = ("y_eval", "y_end", "t_end", "status", "counts", "best", "t_first", "folded")
+    ROWS = ("y_eval", "y_end", "t_end", "h_end", "status", "counts", "best", "t_first", "folded")
 
     def __init__(self, n_members, n, n_times, n_events, extrema, keep_found, n_folds=0):
         self.extrema = extrema
@@ -34,7 +31,8 @@ class Results:
         self.y_end = np.full((n_members, n), math.nan)
         self.t_end = np.full(n_members, math.nan)
         self.status = np.full(n_members, INTERRUPTED)
-        self.counts = np.zeros((n_members, len(COUNTS)), np.int64)
+        self.h_end = np.full(n_members, math.nan)
+        self.counts = np.zeros(n_members, COUNTED)
         self.best = np.full((n_members if extrema else 0, 4, n), math.nan)
         self.t_first = np.full((n_members, n_events), math.nan)
         self.folded = np.full((n_members, n_folds), math.nan)
@@ -48,10 +46,6 @@ class Results:
             getattr(self, name)[rows] = getattr(part, name)
         self.raised |= {start + i: text for i, text in part.raised.items()}
         self.found += [(where + np.array([start, 0]), t, y) for where, t, y in part.found]
-
-    def counted(self):
-        """A record of counts for each member: steps, evaluations outside them, output times."""
-        return self.counts.view(COUNTED)[:, 0]
 
     def states(self, n):
         """The first n components at the times of output, shape (M, n, n_times)."""

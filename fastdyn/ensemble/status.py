@@ -62,7 +62,7 @@ def tell_crawl(members, problem, results):
 
     The first steps of the trajectory are taken once more, alone.
     """
-    counts = results.counted()
+    counts = results.counts
     n_steps = counts["n_accepted"]
     wrong = counts["n_standing"] * counts_beyond(problem)
     if problem.mode.residual or not (wrong.any() or n_steps.max(initial=0) >= MOST):

@@ -25,7 +25,7 @@ def dataset(trajectories):
         "y_end": (of_each, e.y_end),
         "t_end": (of_all, e.t_end, second),
         "status": (of_all, e.status, {"long_name": STATUS}),
-        **{name: (of_all, numbers) for name, numbers in e.counted().items()},
+        **{name: (of_all, numbers) for name, numbers in e.following().items()},
     }
     coordinates: dict = {"component": [label.name for label in e.labels]}
     if e.system is not None:

@@ -9,7 +9,7 @@ from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.plot.displayed import display
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.schedules import in_order
-from fastdyn.run.result import COUNTS, FIELDS, Counted, counted, made
+from fastdyn.run.result import FOLLOWING, Ended, following, made
 from fastdyn.words.kinds import noted
 from fastdyn.words.near import did_you_mean
 
@@ -17,7 +17,7 @@ from . import reductions
 from .labels import argument_labels, component_labels, initial_labels
 from .status import CODES, message
 
-OF_STEPS = Counted._fields[:3]  # what lanes and threads count
+OF_STEPS = Ended._fields[:3]  # what lanes and threads count
 
 
 class Trajectories:
@@ -100,19 +100,19 @@ class Trajectories:
             return self._components(self._results.y_eval).transpose(0, 2, 1)
         return self._results.states(self._n)
 
-    def counted(self):
-        """The numbers of steps and evaluations, arrays of shape (M,) by their names."""
-        counts = self._results.counted()
-        numbers = Counted(*[counts[name] for name in OF_STEPS])
-        found = counted(self._problem.method, numbers)
+    def following(self):
+        """The fields that follow from counts and ends, arrays of shape (M,) by their names."""
+        results = self._results
+        ended = Ended(*[results.counts[name] for name in OF_STEPS], results.h_end)
+        found = following(self._problem.method, ended)
         return {name: numbers for name, numbers in found.items() if numbers is not None}
 
     def __getattr__(self, name) -> Any:
-        if name in FIELDS and FIELDS[name].of_counts is not None:
-            found = self.counted()
+        if name in FOLLOWING:
+            found = self.following()
             if name in found:
                 return found[name]
-        known = [each for each in (*dir(self), *(f.name for f in COUNTS)) if each[0] != "_"]
+        known = [each for each in (*dir(self), *FOLLOWING) if each[0] != "_"]
         said = "" if name.startswith("_") else did_you_mean(name, known)
         raise AttributeError(
             f"{type(self).__name__!r} has no attribute {name!r}{f'; {said}' if said else ''}"
@@ -266,8 +266,7 @@ class Trajectories:
         if isinstance(i, str):
             raise TypeError(f"trajectories are numbered: ensemble[0][{i!r}], or ensemble.y.")
         i = self._number(i)
-        counts = self._results.counted()[i]
-        n = int(counts["n_times"])
+        n = int(self._results.counts["n_times"][i])
         if self._problem.t_eval is None:
             t = self.t_end[i : i + 1]
             y = self.y_end[i][:, None]
@@ -275,10 +274,10 @@ class Trajectories:
             t = self.t[:n]
             y = self.y[i, :, :n]
         of_matrices = None if self._problem.method.n_matrices else 0
-        uncounted = dict.fromkeys(Counted._fields[3:], of_matrices)
-        numbers = {name: int(counts[name]) for name in OF_STEPS}
+        numbers = [int(self._results.counts[name][i]) for name in OF_STEPS]
+        h = float(self._results.h_end[i])
         return made(
-            self._problem.method, Counted(**numbers, **uncounted), t=t, y=y,
+            self._problem.method, Ended(*numbers, h, of_matrices, of_matrices), t=t, y=y,
             t_events=self.t_events and [times[i] for times in self.t_events],
             y_events=self.y_events and [states[i] for states in self.y_events],
             status=int(self.status[i]), message=self.message(i),

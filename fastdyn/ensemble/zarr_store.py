@@ -20,7 +20,8 @@ from .results import Results
 
 AXES = {
     "y": ("trajectory", "component", "time"), "y_end": ("trajectory", "row"),
-    "t_end": ("trajectory",), "status": ("trajectory",), "counts": ("trajectory", "count"),
+    "t_end": ("trajectory",), "h_end": ("trajectory",), "status": ("trajectory",),
+    "counts": ("trajectory", "count"),
     "best": ("trajectory", "extremum", "row"), "t_first": ("trajectory", "event"),
     "folded": ("trajectory", "fold"),
 }  # fmt: skip
@@ -64,7 +65,7 @@ class Archived(Results):
         blocks = self._require("finished", (-(-count // self.block),), ("block",), 1, bool, False)
         self._names = [name for name in self.ROWS if len(getattr(self, name)) == count]
         for name in self._names:
-            array = getattr(self, name)
+            array = _plain(getattr(self, name))
             fill = FILL.get(name, np.nan)
             self._require(name, array.shape, AXES[name], self.block, array.dtype, fill)
         if t_eval is not None:
@@ -107,7 +108,7 @@ class Archived(Results):
         self._finished[damaged] = False
         there = np.repeat(self._finished, self.block)[: len(self.status)]
         for name, (kept, _) in arrays.items():
-            getattr(self, name)[there] = kept[there]
+            _plain(getattr(self, name))[there] = kept[there]
         for name in {*self._names, "y"} & {*self._arrays}:
             array = self._arrays[name]
             checked = array.size and _has_checksums(array)
@@ -130,7 +131,7 @@ class Archived(Results):
         end = start + len(part.t_end)
         self.raised |= {start + i: text for i, text in part.raised.items()}
         for name in self._names:
-            self._arrays[name][start:end] = getattr(part, name)
+            self._arrays[name][start:end] = _plain(getattr(part, name))
             getattr(self, name)[start:end] = getattr(part, name)
         if "y" in self._arrays:
             self._arrays["y"][start:end] = part.states(self._n)
@@ -166,6 +167,11 @@ class Archived(Results):
                 f"`store={self._store!r}`: `{name}` is lost or damaged ({error}). Remove "
                 f"`finished/c/{block}` there, and the same call solves this block again."
             ) from error
+
+
+def _plain(rows):
+    """Records of whole numbers as a matrix, since not every Zarr has records."""
+    return rows.view(np.int64).reshape(len(rows), -1) if rows.dtype.names else rows
 
 
 def _compressors():

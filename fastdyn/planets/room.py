@@ -2,16 +2,8 @@
 
 import numpy as np
 
-from fastdyn.kernels.methods.wisdom_holman.steps import (
-    HEAD,
-    MODIFIED,
-    N_BODIES,
-    N_PAIRS,
-    Motion,
-    Room,
-    padded,
-    sizes,
-)
+from fastdyn.kernels.methods.wisdom_holman.kepler import WIDTH
+from fastdyn.kernels.methods.wisdom_holman.steps import CALLS, Motion, Room, padded
 from fastdyn.kernels.state.record import K
 
 HILL = 3.0  # the distance at which two planets meet, in mutual Hill radii
@@ -24,8 +16,29 @@ def jacobi(masses, q):
     return q[1:] - np.cumsum(masses[:-1, None] * q[:-1], 0) / inner
 
 
-def laid_out(masses, q, v, G, bodies, pairs, modified):
-    """The `work` array of a run.
+def _rows(n, n_pairs):
+    """The `work` array of a run, and its parts: CALLS, two Motions and the Room."""
+    p = padded(n)
+    vectors = 3 * p
+    matrix = p * p
+    motion = Motion(*[vectors] * len(Motion._fields))
+    room = Room(
+        h=vectors, s=vectors, d=vectors, some=max(vectors, 4 * WIDTH), mu=p, outer=p, inner=p,
+        centre=matrix, weights=matrix, apart=matrix, near=matrix, of_pulls=matrix, of_star=matrix,
+        masses=n + 1, body=n, drifting=6, pairs=2 * n_pairs,
+    )  # fmt: skip
+    ends = np.cumsum([CALLS.itemsize // 8, *motion, *motion, *room])
+    wide = 6 * (n + 1)
+    work = np.zeros((K + -(-ends[-1] // wide), wide))
+    calls, *rows = np.split(work[K:].reshape(-1), ends)[:-1]
+    each = iter(rows)
+    parts = [type(part)(*[next(each) for _ in part]) for part in (motion, motion, room)]
+    return work, calls.view(CALLS), *parts
+
+
+def laid_out(masses, q, v, G, bodies, pairs):
+    """The `work` array of a run, and its parts: CALLS, the Motions of the last step and of an
+    output, the Room.
 
     Parameters
     ----------
@@ -37,23 +50,13 @@ def laid_out(masses, q, v, G, bodies, pairs, modified):
         The place of each planet in the state.
     pairs : list
         (a, b) of the corrector.
-    modified : bool
     """
     n = len(masses) - 1
     p = padded(n)
-    lengths = sizes(n)
-    starts = HEAD + np.r_[0, np.cumsum(lengths)]
-    wide = 6 * (n + 1)
-    n_rows = -(-starts[-1] // wide)
-    work = np.zeros((K + n_rows, wide))
-    flat = work[K:].reshape(-1)
-    rows = [flat[a : a + size] for a, size in zip(starts, lengths, strict=False)]
-    out = Motion(*rows[5:10])
-    room = Room(*rows[10:])
+    work, calls, last, out, room = _rows(n, len(pairs))
     eta = np.cumsum(masses)
     star = masses[0]
     m = masses[1:]
-    flat[N_BODIES], flat[N_PAIRS], flat[MODIFIED] = n + 1, len(pairs), modified
     filler = np.minimum(np.arange(p), n - 1)  # lanes without a planet follow the last
     out.x.reshape(3, p)[:] = jacobi(masses, q)[filler].T
     out.v.reshape(3, p)[:] = jacobi(masses, v)[filler].T
@@ -73,9 +76,10 @@ def laid_out(masses, q, v, G, bodies, pairs, modified):
     _fill(room.of_star, -G * star * m / eta[:-1, None] * before.T, p)
     room.masses[:] = masses
     room.body[:] = bodies
-    room.drifting[:3], room.drifting[3:] = masses @ q / eta[-1], masses @ v / eta[-1]
-    room.pairs[: 2 * len(pairs)] = np.ravel(pairs)
-    return work
+    room.drifting[:3] = masses @ q / eta[-1]
+    room.drifting[3:] = masses @ v / eta[-1]
+    room.pairs[:] = np.ravel(pairs)
+    return work, calls, last, out, room
 
 
 def _fill(row, matrix, p):

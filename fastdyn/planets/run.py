@@ -1,23 +1,23 @@
 """A run of WisdomHolman: its memory, its chunks of steps, its outputs and checkpoints."""
 
 import time
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from fastdyn.code_store import Call
 from fastdyn.compile.sentences import warn
-from fastdyn.kernels.calls.block import FIRST
 from fastdyn.kernels.methods.method import Facts
-from fastdyn.kernels.methods.wisdom_holman.steps import AHEAD, MET, MET_AT, MET_BY, N_COARSE
-from fastdyn.kernels.state.record import FINISHED, MEETING, RUNNING, STATE, K, Solve, Y
+from fastdyn.kernels.methods.wisdom_holman.steps import KERNEL, N_STEPS, N_WORDS, WORDS
+from fastdyn.kernels.state.record import FINISHED, MEETING, RUNNING, STATE, Y
 from fastdyn.problem import validate
 from fastdyn.problem.step_options import fixed_step
 from fastdyn.run.checkpoint import Checkpoint, fill
-from fastdyn.run.loop import counters, next_chunk, progress_bar
+from fastdyn.run.loop import next_chunk, progress_bar
 from fastdyn.run.outcome import SUCCESS, outcome
-from fastdyn.run.result import Counted, made
-from fastdyn.specialise.scalar import wisdom_holman_kernel
+from fastdyn.run.result import Ended, made
+from fastdyn.specialise.scalar import wisdom_holman_by_words_kernel, wisdom_holman_kernel
 from fastdyn.words import kinds
 
 from .corrector import PAIRS, sequence
@@ -50,7 +50,9 @@ class Steps:
     Attributes
     ----------
     state, work, block : ndarray
-        As kernels take them; row Y of `work` is the state at the time of `state`.
+        As other kernels take them; row Y of `work` is the state at the time of `state`.
+    calls : ndarray
+        A record of CALLS.
     method : Facts
     y0, h, t0, tf
         As those of a problem.
@@ -75,28 +77,35 @@ class Steps:
         self.tf = tf
         self.settings = ("corrector", int(corrector), planets.G, planets.masses.tolist())
         order = planets.arranged()
-        self.work = laid_out(
+        self.work, self.calls, *motions_and_room = laid_out(
             planets.masses[order], planets.q0[order], planets.v0[order], planets.G, order[1:],
-            sequence(int(corrector) if len(order) > 2 else 0), bool(corrector),
+            sequence(int(corrector) if len(order) > 2 else 0),
         )  # fmt: skip
+        self.calls["modified"] = bool(corrector)
         self.y0 = planets.initial_state()
         self.work[Y] = self.y0
         self.state: Any = np.zeros(1, STATE)
-        self.block = np.zeros(FIRST, np.int64)
+        self.block = np.zeros(N_WORDS, np.int64)
         s = self.state[0]
         s["t"] = t0
         s["t_old"] = t0
         s["t_start"] = t0
         s["t_end"] = tf
         s["t_stop"] = tf
-        s["h"], s["direction"], s["n_extra"] = step, 1.0 if tf >= t0 else -1.0, self.method.n_stages
-        self._numbers = self.work[K:].reshape(-1)
-        self._advance = Call(wisdom_holman_kernel(), *Solve(self.state, self.work, self.block), 0)
+        s["h"] = step
+        s["direction"] = 1.0 if tf >= t0 else -1.0
+        s["n_extra"] = self.method.n_stages
+        rows = chain(*motions_and_room)
+        given = self.state, self.calls, *rows, self.work[Y], 0
+        self._advance = Call(wisdom_holman_kernel(), *given)
+        self.block[KERNEL] = wisdom_holman_kernel().address
+        self.block[WORDS] = self._advance.words.buffer_info()[0]
+        self.block[N_STEPS] = self._advance.place("n_steps")
 
     @property
     def address(self):
-        """The address of the kernel."""
-        return wisdom_holman_kernel().address
+        """The address of the kernel, in the form of other kernels."""
+        return wisdom_holman_by_words_kernel().address
 
     def start(self):
         """The status before the first step: the kernel starts by itself."""
@@ -115,26 +124,27 @@ class Steps:
 
     def advance(self, n_steps, ahead=0.0):
         """Take steps, then look ahead; the status."""
-        self._numbers[AHEAD] = ahead
+        self.calls["ahead"] = ahead
         self._advance["n_steps"] = n_steps
         status = self._advance()
-        self._numbers[AHEAD] = 0.0
+        self.calls["ahead"] = 0.0
         return status
 
     def message(self, status):
         """The sentence about a run that ended with a failure."""
         if status == MEETING:
-            i, j = sorted(map(int, self._numbers[[MET, MET_BY]]))
+            met = self.calls[0]
+            i, j = sorted([int(met["met"]), int(met["met_by"])])
             return (
                 f"Bodies {i} and {j} come closer than {HILL:g} mutual Hill radii at t = "
-                f"{self._numbers[MET_AT]:.10g}: WisdomHolman does not follow encounters. Go on "
+                f"{met['met_at']:.10g}: WisdomHolman does not follow encounters. Go on "
                 "from an output before by an adaptive method with `Planets.rhs`."
             )
         return outcome(status, self.state, self.work, self)[1]
 
     def tell(self):
         """Warn of steps too long for a passage near the star; two bodies are exact."""
-        coarse = int(self._numbers[N_COARSE])
+        coarse = int(self.calls["n_coarse"][0])
         if coarse and len(self.planets.masses) > 2:
             warn(
                 f"{coarse} of {self.n_steps} steps were longer than an eighth of a revolution at "
@@ -172,8 +182,8 @@ def solve(planets, t_span, step, t_eval, corrector, checkpoint, progress):
     steps.tell()
     n = int(found.filled[0])
     return made(
-        steps.method, Counted(*counters(steps.state), 0, 0),
-        t=t_eval[:n].copy(), y=found.y[:n].T.copy(), status=0 if status == FINISHED else -1,
+        steps.method, Ended.of(steps.state[0]), t=t_eval[:n].copy(), y=found.y[:n].T.copy(),
+        status=0 if status == FINISHED else -1,
         message=SUCCESS if status == FINISHED else steps.message(status),
     )  # fmt: skip
 

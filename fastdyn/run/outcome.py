@@ -36,7 +36,7 @@ from fastdyn.problem.schedules import in_order
 from .dense_output import PiecewisePolynomial, floors_of
 from .functions.undefined import of_undefined
 from .output import OCCURRENCES, Copies, add_parts, as_components, conversion, occurrences
-from .result import COUNTS, FIELDS, Counted, OdeResult, counted
+from .result import FIELDS, FOLLOWING, Ended, OdeResult
 from .stiffness import of_failure
 
 SUCCESS = "The solver successfully reached the end of the integration interval."
@@ -214,7 +214,7 @@ def results(problem, plan, own=None, divided=None):
         copies, words = Copies(plan, own, divided), memoryview(own)
         if divided is not None:
             more = add_parts
-    others = any(field.name not in WRITTEN_OUT for field in COUNTS)
+    others = FOLLOWING.keys() - WRITTEN_OUT
     # Copied for each result, in a third of the time that 13 keywords take.
     empty = dict.fromkeys(FIELDS)
     empty |= {"njev": 0, "nlu": 0, "status": 0, "message": SUCCESS, "success": True}
@@ -254,8 +254,8 @@ def results(problem, plan, own=None, divided=None):
         found["n_accepted"] = n_accepted
         found["n_rejected"] = n_rejected
         if others:
-            all_counts = Counted(n_accepted, n_rejected, n_extra, found["njev"], found["nlu"])
-            found.update(counted(problem.method, all_counts))
+            ended = Ended.of(plan.view(memory, "solve.state")[0])
+            found.update({name: FOLLOWING[name](problem.method, ended) for name in others})
         if message is not SUCCESS:
             found["status"] = code
             found["message"] = message

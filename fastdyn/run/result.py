@@ -12,33 +12,47 @@ from fastdyn.plot.needed import needed
 from fastdyn.words.near import did_you_mean
 
 
-class Counted(NamedTuple):
-    """The counts of a solve, as numbers; or those of many solves, as arrays.
+class Ended(NamedTuple):
+    """The counts of a solve and the size of its next step; or those of many solves, as arrays.
 
-    `n_extra` are evaluations beside those of the steps; None stands for what is not counted.
+    The names are those of STATE.  `n_extra` are evaluations beside those of the steps; None stands
+    for a number that is not counted.
     """
 
     n_accepted: Any
     n_rejected: Any
     n_extra: Any
+    h: Any
     n_jacobians: Any = None
     n_factorised: Any = None
+
+    @classmethod
+    def of(cls, state):
+        """That of a record of STATE."""
+        return cls(*[state[name].item() for name in cls._fields])
 
 
 class Field(NamedTuple):
     """One field of a result: the entry in the docstring of OdeResult.
 
     A field without a type shares the entry of the field before.  A number that follows from what a
-    solve counts has `of_counts`, a function of the Facts of the method and a Counted; steppers,
-    ensembles, and solves of many or of parts have these fields, too.  A field that only some solves
-    have tells them in `only`.
+    solve counts has `of_counts`, any other number that follows from the end of a solve `of_end`:
+    functions of the Facts of the method and an Ended.  Steppers, ensembles, and solves of many or
+    of parts have these fields, too: counts of parts add up, of other numbers the last holds.  A
+    field that only some solves have tells them in `only`.
     """
 
     name: str
     type: str
     text: str
-    of_counts: Callable[[Any, Counted], Any] | None = None
+    of_counts: Callable[[Any, Ended], Any] | None = None
+    of_end: Callable[[Any, Ended], Any] | None = None
     only: str = ""
+
+    @property
+    def following(self):
+        """The formula of a field that follows from an Ended, or None."""
+        return self.of_counts or self.of_end
 
 
 ALL_FIELDS = (
@@ -111,23 +125,24 @@ ALL_FIELDS = (
     ),
 )  # fmt: skip
 FIELDS = {field.name: field for field in ALL_FIELDS if not field.only}  # of each compiled solve
-COUNTS = [field for field in FIELDS.values() if field.of_counts is not None]
+COUNTS = [field for field in FIELDS.values() if field.of_counts]
+FOLLOWING = {name: field.following for name, field in FIELDS.items() if field.following}
 
 
-def made(method, counts, **parts) -> Any:
-    """The OdeResult with all FIELDS: from `parts`, from `counts`, which is a Counted, or None.
+def made(method, ended, **parts) -> Any:
+    """The OdeResult with all FIELDS: from `parts`, from `ended`, which is an Ended, or None.
 
     `success` follows from `status`.
     """
     found = OdeResult(dict.fromkeys(FIELDS))
-    found.update(counted(method, counts))
+    found.update(following(method, ended))
     found.update(parts, success=parts["status"] >= 0)
     return found
 
 
-def counted(method, counts):
-    """The fields that follow from a Counted, by name; None for what is not counted."""
-    return {field.name: field.of_counts(method, counts) for field in COUNTS if field.of_counts}
+def following(method, ended):
+    """The fields that follow from an Ended, by name; None for a number that is not counted."""
+    return {name: formula(method, ended) for name, formula in FOLLOWING.items()}
 
 
 def _attributes():
@@ -225,7 +240,7 @@ class OdeResult(dict):
         actions : {"both", "before", "after"}
             As in `to_pandas`.
         """
-        counts = [field.name for field in COUNTS if field.name in self]
+        counts = [name for name in FOLLOWING if name in self]
         return _dataset(self, self._components(), counts, _rows(self.t, actions))
 
     def _components(self):

@@ -6,12 +6,13 @@ import numpy as np
 
 from fastdyn.ensemble.solve import solve_ensemble
 from fastdyn.kernels.state.record import RAISED
-from fastdyn.run.result import COUNTS, OdeResult
+from fastdyn.run.result import FOLLOWING, OdeResult
 
 # Up to so many solves a loop is as fast as an ensemble, whose fixed part is 1 ms: a solve of the
 # loop takes 8 us more than a solve of the ensemble.
 FEW = 128
 INTERRUPTED = -2  # SciPy's status
+UNCOUNTED = {"njev", "nlu"}
 
 
 def one_by_one(solver, problem, members):
@@ -25,9 +26,10 @@ def one_by_one(solver, problem, members):
         if done[-1].status == INTERRUPTED:
             break
     k = len(done)
-    numbers = {name: np.zeros(m, np.int64) for name in _counted()}
-    for name, values in numbers.items():
-        values[:k] = [one[name] for one in done]
+    numbers = {}
+    for name in [name for name in FOLLOWING if name not in UNCOUNTED]:
+        values = [one[name] for one in done]
+        numbers[name] = np.array([*values, *[0] * (m - k)])
     status = np.full(m, INTERRUPTED)
     status[:k] = [one.status for one in done]
     if times is None:
@@ -41,11 +43,6 @@ def one_by_one(solver, problem, members):
         for row, one in zip(y, done, strict=False):
             row[:, : len(one.t)] = np.reshape(one.y, (n, len(one.t)))
     return OdeResult(t=t, y=y, status=status, success=status >= 0, **numbers)
-
-
-def _counted():
-    """The names of the counts of many solves; Jacobians and factorisations are not counted."""
-    return [field.name for field in COUNTS if field.name not in ("njev", "nlu")]
 
 
 def as_ensemble(solver, asked, members):
@@ -64,4 +61,6 @@ def as_ensemble(solver, asked, members):
     raised = np.flatnonzero(done.ends_with(RAISED))
     if len(raised):
         solver(members.state(raised[0]), members.args(raised[0]))
-    return OdeResult(t=done.t, y=done.y, status=done.status, success=done.success, **done.counted())
+    return OdeResult(
+        t=done.t, y=done.y, status=done.status, success=done.success, **done.following()
+    )

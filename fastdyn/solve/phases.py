@@ -279,9 +279,10 @@ def _joined(segments, log, status, message, keep_start, n_events):
         status=status,
         message=message,
         success=status >= 0,
+        phases=log,
         **counts,
     )
-    return OdeResult({name: segments[-1].get(name) for name in FIELDS} | parts, phases=log)
+    return OdeResult({name: segments[-1].get(name) for name in FIELDS} | parts)
 
 
 def _stacked(states):

@@ -19,9 +19,9 @@ from fastdyn.problem.step_options import within
 from fastdyn.run.dense_output import PiecewisePolynomial, floors_of
 from fastdyn.run.functions.switching import goes_on, rest_of
 from fastdyn.run.loop import counters
-from fastdyn.run.outcome import end_of, n_factorised, occurrences_of
+from fastdyn.run.outcome import end_of, occurrences_of
 from fastdyn.run.output import as_components, occurrences_in
-from fastdyn.run.result import COUNTS, FIELDS, Counted
+from fastdyn.run.result import COUNTS, FIELDS, Ended
 from fastdyn.run.resume import put_tables
 from fastdyn.run.solve_problem import begun, run_of_steps
 from fastdyn.words import kinds
@@ -261,11 +261,10 @@ class Stepper(OdeSolver):
 
     def __getattr__(self, name) -> Any:
         field = FIELDS.get(name)
-        if field is None or field.of_counts is None:
+        if field is None or field.following is None:
             raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
-        memory = self._run.memory
-        counts = Counted(*counters(memory), *n_factorised(memory))
-        found = field.of_counts(self._run.problem.method, counts)
+        run = self._run
+        found = field.following(run.problem.method, Ended.of(run.view("solve.state")[0]))
         before = (self._before or {}).get(name)
         return found if before is None or found is None else found + before
 

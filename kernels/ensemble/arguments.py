@@ -102,9 +102,10 @@ class Results(NamedTuple):
     ----------
     y_eval : array, (M, n_times, n)
     y_end : array, (M, n)
-    t_end, status : array, (M,)
-    counts : array, (M, 5)
-        Accepted steps, rejected steps, evaluations outside the steps, output times reached.
+    t_end, h_end, status : array, (M,)
+        The time, and the size of the next step.
+    counts : array, (M,)
+        Records COUNTED.
     best : array, (M or 0, 4, n)
         The extrema of each component and their times; see `output/extrema.py`.
     t_first : array, (M, n_events)
@@ -116,11 +117,18 @@ class Results(NamedTuple):
     y_eval: Any
     y_end: Any
     t_end: Any
+    h_end: Any
     status: Any
     counts: Any
     best: Any
     t_first: Any
     folded: Any
+
+
+# What is counted along a trajectory; all but the times of output reached are fields of STATE.
+COUNTED = np.dtype(
+    [(name, "i8") for name in ("n_accepted", "n_rejected", "n_extra", "n_times", "n_standing")]
+)
 
 
 class Found(NamedTuple):

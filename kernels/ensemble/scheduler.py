@@ -261,14 +261,17 @@ def _end(task, lanes, single, results, lane, status):
     member = lanes.members[lane]
     work = single.work
     results.t_end[member] = s.t
+    results.h_end[member] = s.h
     results.status[member] = status
     copy_row(work[Y], results.y_end[member])
     if task.worker[0].extrema:
         note_state(results.best[member], s.t, work)
     counts = results.counts[member]
-    counts[0], counts[1] = s.n_accepted, s.n_rejected
-    counts[2], counts[3] = s.n_extra, lanes.records[lane].i_eval
-    counts[4] = s.n_standing
+    counts.n_accepted = s.n_accepted
+    counts.n_rejected = s.n_rejected
+    counts.n_extra = s.n_extra
+    counts.n_times = lanes.records[lane].i_eval
+    counts.n_standing = s.n_standing
     if status == RAISED:
         for address in task.addresses[BLOCKS:]:
             words_at(address)[RAISED_WORD] = 0

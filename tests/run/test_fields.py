@@ -158,46 +158,46 @@ RECORD = """    Field(
         "n_tried", "int", "Number of steps, accepted or not.",
         lambda method, c: c.n_accepted + c.n_rejected,
     ),
+    Field(
+        "next_step", "float", "Size of the step that would be next.",
+        of_end=lambda method, c: c.h,
+    ),
 """
 FOLDER = pathlib.Path(__file__).parent
 TRIED = f"sys.path[:0] = {str(FOLDER)!r}, {str(FOLDER.parent)!r}"
 TRIED += """
-import copy, pickle
+import math, pickle
+import numpy as np
 import fastdyn
 from fastdyn.solve.stepper import Stepper
 
 def decay(t, y):
     return [-y[0]]
 
-def crossing(t, y):
-    return y[0] - 0.5
-crossing.terminal = True
-
 def expected(r):
-    return r.n_tried == r.n_accepted + r.n_rejected > 0
+    is_size = isinstance(r.next_step, float) and 0.0 < r.next_step < math.inf
+    return is_size and r.n_tried == r.n_accepted + r.n_rejected > 0
 
 result = fastdyn.solve_ivp(decay, (0, 1), [1.0])
-assert list(result)[-1] == "n_tried" and expected(pickle.loads(pickle.dumps(result)))
+assert list(result)[-2:] == ["n_tried", "next_step"]
+assert expected(pickle.loads(pickle.dumps(result)))
 from test_fields import WAYS
 for way, solve in WAYS.items():
     assert way == "dae without time" or expected(solve()), way
 prepared = fastdyn.prepare(decay, (0, 1), [1.0])
-assert (prepared.many([[1.0], [2.0]]).n_tried == prepared().n_tried).all()
-assert expected(fastdyn.solve_ensemble(decay, (0, 1), [[1.0], [2.0]])[1])
-assert expected(fastdyn.solve_ivp(decay, (0, 1), [1.0], sensitivity="y0"))
+few, more = [prepared.many(np.ones((m, 1))) for m in (2, 200)]
+assert (few.n_tried == result.n_tried).all() and (few.next_step == result.next_step).all()
+assert (more.n_tried == result.n_tried).all()
+ensemble = fastdyn.solve_ensemble(decay, (0, 1), np.ones((9, 1)))
+assert ensemble.next_step.shape == (9,) and ensemble[8].next_step == ensemble.next_step[8]
+for steps in (more.next_step, ensemble.next_step):
+    assert np.allclose(steps, result.next_step, 1e-9)
 stepper = Stepper(decay, 0.0, [1.0], 1.0)
 stepper.step()
 assert expected(stepper)
-phase = fastdyn.Phase(decay, crossing, lambda t, y: ("one", y + 1.0))
-assert expected(fastdyn.solve_phases({"one": phase}, "one", (0, 2), [1.0]))
-two = fastdyn.planets.Planets([1.0, 1e-3], [[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 1, 0]])
-assert expected(two.solve((0, 1), step=0.1))
-
-def hanging(t, y, yp):
-    x, z, u, v, force = y
-    return [yp[0] - u, yp[1] - v, yp[2] + force * x, yp[3] + force * z + 9.81, x**2 + z**2 - 1]
-
-assert expected(fastdyn.solve_dae(hanging, (0, 0.5), [0.6, -0.8, 0.0, 0.0, 0.0]))
+while stepper.status == "running":
+    stepper.step()
+assert stepper.next_step == result.next_step
 assert "n_tried : int\\n    Number of steps, accepted or not.\\n" in fastdyn.OdeResult.__doc__
 assert "`n_tried`" in fastdyn.solve_ivp.__doc__
 print("as told")

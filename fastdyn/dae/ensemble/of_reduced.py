@@ -94,7 +94,7 @@ class OfReduced(DaeTrajectories):
         if self._problem.t_eval is not None:
             sign = 1.0 if asked.tf >= asked.t0 else -1.0
             n_times = int(np.sum(sign * self._problem.t_eval <= sign * end))
-            r.counted()["n_times"][i] = n_times
+            r.counts["n_times"][i] = n_times
             r.y_eval[i, n_times:] = np.nan
 
     def message(self, i):

@@ -14,7 +14,7 @@ from fastdyn.problem.schedules import listed
 from fastdyn.run.functions.bound import bind_functions
 from fastdyn.run.loop import Run
 from fastdyn.run.outcome import result_of
-from fastdyn.run.result import Counted, OdeResult, made
+from fastdyn.run.result import Ended, OdeResult, made
 from fastdyn.run.solve_problem import load_kernels, solve_problem
 from fastdyn.specialise.series import NoSeries
 
@@ -163,7 +163,7 @@ def _of_no_time(problem):
     events = problem.events is not None
     none = [np.empty(0)] * (len(problem.events or ()) + len(problem.schedules)) if events else None
     return made(
-        problem.method, Counted(0, 0, 0, 0, 0), t=np.array([problem.t0]),
+        problem.method, Ended(0, 0, 0, 0.0, 0, 0), t=np.array([problem.t0]),
         y=problem.y0.reshape(n, 1), t_events=none, y_events=none, status=0,
         message="The span has no length.",
     )  # fmt: skip

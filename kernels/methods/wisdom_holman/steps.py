@@ -19,22 +19,34 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...calls.calling_convention import call_kernel
+from ...calls.user_function import words_at
 from ...jit.options import INLINED, INTERNAL, njit
-from ...state.record import FINISHED, MEETING, NON_FINITE, RUNNING, K, Y
-from ...state.rows import after, keep_vector, numbers_from, slot, vector_at
+from ...state.record import FINISHED, MEETING, NON_FINITE, RUNNING
+from ...state.rows import keep_vector, vector_at
 from ...stepping.fixed import LANDED
 from ...vector.scalar_or_vector import any_lane
 from .encounters import first_meeting
 from .kepler import FORM, WIDTH, add_compensated, drift
 from .vectors import combined, keep_three, three
 
-# Numbers in front of the room of a run: how many bodies and (a, b) of the corrector; whether kicks
-# are modified; the steps that were coarse; the time from the last step to the output; whether the
-# motion is started; whether planets may meet in the next step; when two met, and their places in
-# the state.
-N_BODIES, N_PAIRS, MODIFIED, N_COARSE, AHEAD, STARTED, WATCHED, MET_AT, MET, MET_BY = range(10)
-HEAD = 12
-MOST_PAIRS = 16
+# What the kernel notes and is told between its calls, apart from the state.
+CALLS = np.dtype(
+    [
+        ("modified", "i8"),  # whether kicks are modified
+        ("ahead", "f8"),  # the time from the last step to the output
+        ("started", "i8"),  # whether the motion is started
+        ("watched", "i8"),  # whether planets may meet in the next step
+        ("n_coarse", "i8"),  # steps that were coarse
+        ("met_at", "f8"),  # when two planets met, and their places in the state
+        ("met", "i8"),
+        ("met_by", "i8"),
+    ]
+)
+# The block of a run: where to find `take_steps`, its words, and `n_steps` among these words.
+KERNEL, WORDS, N_STEPS = range(3)
+N_WORDS = 3
+
 # Squared, on the safe side of (a + b)^2 <= 2 a^2 + 2 b^2, where a is the distance of a meeting and
 # b half the way of two planets in a step, each not faster than 1.2 times what it is at the end.
 NEAR = 2.0
@@ -72,7 +84,7 @@ class Room(NamedTuple):
     near: Any  # squared distances of a meeting, per squared distance from the star
     of_pulls: Any  # the pulls on all planets as perturbations in Jacobi's coordinates
     of_star: Any
-    masses: Any
+    masses: Any  # of the star and of the planets
     body: Any  # the place of each planet in the state
     drifting: Any  # place and velocity of the centre of all masses
     pairs: Any  # a and b of the corrector
@@ -81,49 +93,6 @@ class Room(NamedTuple):
 def padded(n):
     """n as a multiple of WIDTH."""
     return -(-n // WIDTH) * WIDTH
-
-
-def sizes(n):
-    """The lengths of the rows of the Motion, of the Motion of an output, and of the Room."""
-    p = padded(n)
-    vectors = [3 * p] * 13
-    numbers = [p] * 3
-    matrices = [p * p] * 6
-    some = max(3 * p, 4 * WIDTH)
-    return [*vectors, some, *numbers, *matrices, n + 1, n, 6, 2 * MOST_PAIRS]
-
-
-@njit(**INLINED)
-def _motion(flat, at, t):
-    return Motion(
-        after(flat, at), after(flat, at + t), after(flat, at + 2 * t), after(flat, at + 3 * t),
-        after(flat, at + 4 * t),
-    )  # fmt: skip
-
-
-@njit(**INTERNAL)
-def laid_out(flat, n, p):
-    """The Motion of the last step, the Motion of an output, and the Room: see `sizes`."""
-    t = 3 * p
-    m = p * p
-    last, out = _motion(flat, HEAD, t), _motion(flat, HEAD + 5 * t, t)
-    at = HEAD + 10 * t
-    h, s, d, some = (
-        after(flat, at), after(flat, at + t), after(flat, at + 2 * t), after(flat, at + 3 * t),
-    )  # fmt: skip
-    at += 3 * t + max(t, 4 * WIDTH)
-    mu, outer, inner = after(flat, at), after(flat, at + p), after(flat, at + 2 * p)
-    at += 3 * p
-    centre, weights, apart = after(flat, at), after(flat, at + m), after(flat, at + 2 * m)
-    at += 3 * m
-    near, of_pulls, of_star = after(flat, at), after(flat, at + m), after(flat, at + 2 * m)
-    at += 3 * m
-    masses, body = after(flat, at), after(flat, at + n + 1)
-    drifting, pairs = after(flat, at + 2 * n + 1), after(flat, at + 2 * n + 7)
-    return last, out, Room(
-        h, s, d, some, mu, outer, inner, centre, weights, apart, near, of_pulls, of_star, masses,
-        body, drifting, pairs,
-    )  # fmt: skip
 
 
 @njit(**INLINED)
@@ -213,7 +182,7 @@ def perturb_ahead(z, m, sizes, h, modified):
     """
     n, p, _ = sizes
     close = perturb(z.x, z.v, z.a, m, sizes, h)
-    if modified != 0.0 and n > 1:
+    if modified != 0 and n > 1:
         for i in range(0, 3 * p, WIDTH):
             ahead = (h * h * (1.0 / 12.0)) * vector_at(FORM, z.a, i)
             keep_vector(FORM, m.some, i, vector_at(FORM, z.x, i) + ahead)
@@ -312,69 +281,79 @@ def look_ahead(z, m, sizes, h, modified):
 
 
 @njit(**INTERNAL)
-def _met(start, end, m, sizes, flat, t, h, t_end):
+def _met(start, end, m, sizes, calls, t, h, t_end):
     """Whether two planets meet in a step h from t, not behind the end; writes when and which."""
     n, p, _ = sizes
     share, i, j = first_meeting(start, end, m, n, p, h)
     time = t + share * h
     if not share <= 1.0 or (time - t_end) * h > 0.0:
         return False
-    flat[MET_AT], flat[MET], flat[MET_BY] = time, m.body[i], m.body[j]
+    calls.met_at = time
+    calls.met = int(m.body[i])
+    calls.met_by = int(m.body[j])
     return True
 
 
 @njit(**INTERNAL)
-def advance(state, work, block, n_steps):
-    """Take at most `n_steps` steps; row Y then is the motion AHEAD of the time, by a shorter step.
+def take_steps(state, record, z, out, m, y, n_steps):
+    """Take at most `n_steps` steps; y then is the motion `ahead` of the time, by a shorter step.
 
-    The first call starts from the Motion of an output: corrected, and half a kick ahead, where the
+    `record` is one record of CALLS, `z` the Motion of the last step, `out` that of an output, `m`
+    the Room.  The first call starts from `out`: corrected, and half a kick ahead, where the
     motion stays.  What is computed for an output is thrown away.  A meeting ends the run with the
     step in which it is, and an output within this step is not computed.
     """
-    s, flat = state[0], numbers_from(work, K, 0)
-    n, h = int(flat[N_BODIES]) - 1, s.direction * s.h
-    p = (n + WIDTH - 1) // WIDTH * WIDTH
-    z, out, m = laid_out(flat, n, p)
-    of = (n, p, int(flat[N_PAIRS]))
-    modified, status, t, t_old, taken = flat[MODIFIED], RUNNING, s.t, s.t_old, 0
-    if flat[STARTED] == 0.0:
+    s = state[0]
+    calls = record[0]
+    h = s.direction * s.h
+    n = len(m.body)
+    p = len(m.mu)
+    of = (n, p, len(m.pairs) // 2)
+    modified = calls.modified
+    status = RUNNING
+    t = s.t
+    t_old = s.t_old
+    taken = 0
+    if calls.started == 0:
         correct(out, m, of, h, False)
         close = perturb_ahead(out, m, of, h, modified) and _may_meet(out.v, m, n, p, h)
-        if close and _met(out, out, m, of, flat, t, 0.0, s.t_end):
+        if close and _met(out, out, m, of, calls, t, 0.0, s.t_end):
             return MEETING
-        flat[WATCHED] = close
+        calls.watched = close
         kick(out, 0.5 * h, p)
         _copy(out, z, 3 * p)
-        flat[STARTED] = 1.0
+        calls.started = 1
     if n_steps > 0 and s.direction * (t - s.t_end) >= 0.0:
         return FINISHED
-    watched = flat[WATCHED] != 0.0
+    watched = calls.watched != 0
     while taken < n_steps and status == RUNNING:
         if move(z, m, h, n, p):
-            flat[N_COARSE] += 1.0
+            calls.n_coarse += 1
         close = perturb_ahead(z, m, of, h, modified) and _may_meet(z.v, m, n, p, h)
         if close or watched:
             _copy(z, out, 3 * p)
             move(out, m, -h, n, p)
-            if _met(out, z, m, of, flat, t, h, s.t_end):
+            if _met(out, z, m, of, calls, t, h, s.t_end):
                 status = MEETING
         watched = close
         if n > 1:
             kick(z, h, p)
         taken += 1
-        t_old, t = t, s.t_start + (s.n_accepted + taken) * h
+        t_old = t
+        t = s.t_start + (s.n_accepted + taken) * h
         if abs(t - s.t_end) <= LANDED * s.h:
             t = s.t_end
         if status == RUNNING and s.direction * (t - s.t_end) >= 0.0:
             status = FINISHED
-    s.t, s.t_old = t, t_old
+    s.t = t
+    s.t_old = t_old
     s.n_accepted += taken
-    flat[WATCHED] = watched
-    ahead = flat[AHEAD]
+    calls.watched = watched
+    ahead = calls.ahead
     _copy(z, out, 3 * p)
     if ahead != 0.0 and n > 1 and status != MEETING:
         move(out, m, h, n, p)
-        if _met(z, out, m, of, flat, t, h, s.t_end):
+        if _met(z, out, m, of, calls, t, h, s.t_end):
             status = MEETING
         _copy(z, out, 3 * p)
     if status == MEETING:
@@ -383,9 +362,15 @@ def advance(state, work, block, n_steps):
     correct(out, m, of, h, True)
     if ahead != 0.0:
         look_ahead(out, m, of, ahead, modified)
-    y = slot(None, work, Y)
     write_state(out, m, n, p, s.n_accepted * h + ahead, y)
     size = 0.0
     for i in range(len(y)):
         size += abs(y[i])
     return status if size < np.inf else NON_FINITE
+
+
+@njit(**INTERNAL)
+def advance(state, work, block, n_steps):
+    """`take_steps` in the form of other kernels, for loops over steps of any method."""
+    words_at(block[WORDS])[block[N_STEPS]] = n_steps
+    return call_kernel(block[KERNEL], block[WORDS])
