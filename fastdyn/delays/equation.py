@@ -6,22 +6,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fastdyn.compile.bind import (
-    leave_to_python,
-    numpy_errors_are_heard,
-    or_in_python,
-    rebind,
-)
+from fastdyn.compile.bind import or_in_python
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.python_callback import called_with, evaluate
-from fastdyn.compile.sentences import GaveUp
 from fastdyn.kernels.output.arguments import GROWN, RESIDUALS, SHORT, STAGES
-from fastdyn.kernels.state.record import FINISHED
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked
-from fastdyn.problem.events import between_steps
 from fastdyn.problem.options.table import value_of
-from fastdyn.run.outcome import SUCCESS, result_of, results
+from fastdyn.run.outcome import result_of
 from fastdyn.run.solve_problem import run_of
 from fastdyn.words import kinds
 from fastdyn.words.near import did_you_mean
@@ -44,7 +36,6 @@ OPTIONS = (
 )  # fmt: skip
 PRECISE = 1e-6  # relative tolerance below which "auto" takes the higher order
 VANISHING = 1e-9  # share of the time below which a delay is zero: steps are not as short
-NUMBERS = {float, int, bool}
 KINDS = {  # of the arguments of `solve_dde` and `prepare_dde`
     "fun": kinds.function_of("(t, y, past)"), "t_eval": kinds.times, "delays": kinds.times,
     "jumps": kinds.times, "dense_output": kinds.flag,
@@ -118,8 +109,6 @@ class Equation:
         self.run: Any = None  # of the last solve without sensitivities
         self._known: Any = None
         self._last: Any = None
-        self._make: Any = None
-        self._values: Any = None
         self._jumps: Any = None
         self._looks = 0
 
@@ -169,7 +158,7 @@ class Equation:
                 f"a delay is {delays[0]:.10g}: `past` is for times before t; use `y` at t, and no "
                 "later time."
             )
-        self._looks = _looks(p, known)
+        self._looks = looks_at(p, known)
         carried = run.begin_with(*self._begun(run, p, known))
         self.history.still(False)
         p = run.problem
@@ -182,7 +171,7 @@ class Equation:
 
     def _begun(self, run, problem, known):
         """The arguments of `DelayRun.begin_with`."""
-        looks = _looks(problem, known)
+        looks = looks_at(problem, known)
         return problem, known, self._starts, looks, self._slope, self._longest(run, known)
 
     def _longest(self, run, known):
@@ -244,119 +233,20 @@ class Equation:
                 "past does not converge there. End the span before, or keep the delay above zero."
             )
 
-    # -- again, with other values
-
-    @property
-    def may_come_again(self):
-        """Whether `again` may solve.
-
-        That is without actions, sensitivities, Python and matrices, and with delays of which no
-        step contains its own past: such a step begins with the slope of the start.
-        """
-        run = self.run
-        if run is None or run.follower() is not None or run.watched or self._looks & SHORT:
-            return False
-        if self.problem.method.name not in EXPLICIT:
-            return False
-        return all(bound.function is not None for bound in run.bounds)
-
-    def again(self, fun, history, args):
-        """The result with another history and other arguments; None for the long way.
-
-        The long way is a new Equation.  The code, the layout of the memory, and, for the same
-        delays, the times at which steps end are those of the solve before.
-        """
-        run = self.run
-        heard = numpy_errors_are_heard()
-        if not self.may_come_again or heard or not self.history.take(history, args):
-            return None
-        before = self.history
-        given = before.laid_out, *args
-        p = self.problem
-        if fun is not self.fun:
-            self.fun = fun
-            p = p._replace(fun=with_past(fun, before.n))
-        functions = p.fun, *[function for function, _ in between_steps(p)]
-        for bound, function in zip(run.bounds, functions, strict=True):
-            if not rebind(bound, function, given):
-                return None
-        self.args = args
-        self.problem = p = p._replace(y0=before.y0, args=given)
-        try:
-            with before:
-                if not self._follow_delays(p):
-                    return None
-                run.problem = run.problem._replace(fun=p.fun, y0=p.y0, args=given)
-                return self._ended()
-        except GaveUp as reason:
-            leave_to_python(reason.bound, reason)
-            return None
-
-    def _follow_delays(self, problem):
-        """Let the steps end where the present delays carry jumps; False if one is not positive."""
-        run = self.run
-        values = [value for value in run.bounds[0].given if value.__class__ is not np.ndarray]
-        plain = len(values) == len(run.bounds[0].given) - 1  # the words are an array
-        plain = plain and NUMBERS.issuperset(map(type, values))
-        alone = len(run.bounds) == 1  # no events, whose delays are others
-        if plain and values == self._values and alone:
-            return True
-        known = self._delays(run)
-        if not all(delay > 0.0 for delay in known.constant):
-            return False
-        if known != self._known:
-            if _looks(problem, known) & SHORT:
-                return False
-            run.begin_with(*self._begun(run, problem, known))
-            self._known = known
-            self._make = None
-        elif not alone:
-            run.longest = self._longest(run, known)
-        self._values = values if plain else None
-        return True
-
-    def let_go(self):
-        """Hold nothing of the user's, and no memory of the last solve."""
-        run = self.run
-        self.history.let_go()
-        self.fun = None
-        self.args = ()
-        self.problem = self.problem._replace(fun=None, args=())
-        run.problem = run.problem._replace(fun=None, args=())
-        run.make_room()
-        run.memory = None
-        for bound in run.bounds:
-            bound.held.take(None, ())
-
-    def _ended(self):
-        run = self.run
-        before = self.history
-        before.still(False)
-        status = run.solve(run.problem.y0)
-        before.check()
-        if status != FINISHED or self.dense_output:
-            p = run.problem._replace(dense_output=self.dense_output)
-            result = result_of(p, status, run)
-            self._tell_vanishing(result)
-        else:
-            if self._make is None or self._make[0] is not run.plan:
-                p = run.problem._replace(dense_output=False, fun=None, args=())
-                self._make = run.plan, results(p, run.plan)
-            result = self._make[1](run.memory, run.grown, 0, SUCCESS)
-        result["delays"] = np.array(self._known.constant)
-        result["jumps"] = self._jumps.copy()
-        if self.dense_output:
-            result["history"] = before.given
-        return result
-
 
 def with_past(function, n):
-    """A function of (t, y, past, *args) as one of (t, y, words, *args)."""
+    """A function of (t, y, past, *args) as one of (t, y, words, *args), with its name."""
+    return functools.update_wrapper(longer_function(function, n), function)
+
+
+def longer_function(function, n):
+    """As `with_past`, without the name: what a trace reads is the same."""
 
     def longer(t, y, laid_out, *args):
         return function(t, y, Past(laid_out, t, n), *args)
 
-    return functools.update_wrapper(longer, function)
+    vars(longer).update(vars(function), __wrapped__=function)
+    return longer
 
 
 def _with_events(problem, n):
@@ -371,7 +261,7 @@ def _with_events(problem, n):
     return p._replace(events=events, schedules=tuple(schedules))
 
 
-def _looks(problem, known):
+def looks_at(problem, known):
     """How steps are looked at: the bits of PAST_LOOKS."""
     p = problem
     looks = SHORT if known.varying or shorter_than_steps(known.constant, p) else 0

@@ -53,8 +53,8 @@ class History:
         Whether Python code has asked for a derivative.
     varied : ndarray or None
         Steps along the directions of sensitivities, by which the past moves in Python.
-    laid_out : ndarray
-        The words, as `fastdyn.kernels.output.dense_output` reads them.
+    laid_out, words : ndarray
+        The words, as `fastdyn.kernels.output.dense_output` reads them, as floats and whole numbers.
     """
 
     def __init__(self, given, t0, tf, args=()):
@@ -76,7 +76,7 @@ class History:
             if args and _takes(given, 1 + len(args)):
                 self._args = args
         else:
-            self._constant = _numbers(given)
+            self.y0 = _numbers(given)
         self.t0 = t0
         self._tf = tf
         self.y0 = self.before(t0)
@@ -85,6 +85,7 @@ class History:
             raise ValueError(f"`history` is not finite at the start, t = {t0}: {self.y0}.")
         # Not zeros: a trace is valid for other values than those compared, but not for zeros.
         self.laid_out = np.ones(words.PAST_WORDS)
+        self.words = self.laid_out.view(np.int64)
         self.laid_out[words.PAST_T0] = t0
         self._given = self.laid_out, *args  # those of the equations
         self._start = self.y0
@@ -93,11 +94,11 @@ class History:
         self._lay()
 
     def __enter__(self):
-        self._words()[words.PAST_OBJECT] = id(self)
+        self.words[words.PAST_OBJECT] = id(self)
         self.still(True)  # there is no memory of a solve yet
 
     def __exit__(self, *raised):
-        self._words()[words.PAST_OBJECT] = 0
+        self.words[words.PAST_OBJECT] = 0
         self.still(True)
 
     @property
@@ -110,17 +111,19 @@ class History:
         """Whether the history is n numbers."""
         return self._function is None and self._earlier is None
 
-    def _words(self):
-        return self.laid_out.view(np.int64)
-
     def _lay(self):
         self._room = np.empty(self.n)
-        whole = self._words()
+        whole = self.words
         whole[words.PAST_N] = self.n
         whole[words.PAST_Y0] = self._start.ctypes.data
         whole[words.PAST_ROOM] = self._room.ctypes.data
         whole[words.PAST_HISTORY] = self._bound.block.ctypes.data
         whole[words.PAST_HISTORY + 1] = self._slope.block.ctypes.data
+
+    def begin_at(self, room):
+        """Let the state at the start lie in `room`, which has its numbers."""
+        self.y0 = self._start = room
+        self.words[words.PAST_Y0] = room.ctypes.data
 
     def _in_time(self):
         """The history as a function of (t, state at the start, words, *args), and its region."""
@@ -166,7 +169,7 @@ class History:
                 return False
             if constant.shape != self.y0.shape or not np.isfinite(constant).all():
                 return False
-            self.y0[:] = self._constant = constant
+            self.y0[:] = constant
             return True
         if not callable(given) or bool(self._args) != bool(args and _takes(given, 1 + len(args))):
             return False
@@ -253,14 +256,14 @@ class History:
 
     def still(self, on):
         """Let later times than the start have the state at the start, or no longer."""
-        self._words()[words.PAST_BEGINS] = int(on)
+        self.words[words.PAST_BEGINS] = int(on)
 
     def before(self, t):
         """The state at a time up to the start, n floats."""
         if self._function is not None:
             return _numbers(self._function(t, *self._args))
         if self._earlier is None:
-            return self._constant.copy()
+            return self.y0.copy()
         begin = self._earlier.sol.t_min
         if t >= begin:
             return np.array(self._earlier.sol(t), float)

@@ -5,15 +5,13 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from fastdyn.kernels.state.record import Y
 from fastdyn.problem import validate
 from fastdyn.problem.members import Members
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.words.calls import shown_when_wrong
 
-from .equation import KINDS, Equation, Given
+from .again import RepeatedEquation
+from .equation import KINDS, Given
 
 if TYPE_CHECKING:
     from fastdyn.problem.argument_types import Args, Function, Functions, Times, TimeSpan
@@ -81,7 +79,7 @@ class PreparedDelays:
 
     def __init__(self, given):
         self._given = given
-        self._equation = Equation(given)
+        self._equation = RepeatedEquation(given)
         self._args = self._equation.args
         self._equation.solve()
 
@@ -111,7 +109,7 @@ class PreparedDelays:
         result = self._equation.again(self._given.fun, history, args)
         if result is None:
             with PREPARING:
-                equation = Equation(self._given._replace(history=history, args=args))
+                equation = RepeatedEquation(self._given._replace(history=history, args=args))
                 result = equation.solve()
             self._equation = equation
         return result
@@ -119,7 +117,9 @@ class PreparedDelays:
     @property
     def problem(self):
         """The Problem of the last solve."""
-        return self._equation.problem
+        last = self._equation
+        args = last.history.laid_out, *last.args
+        return last.problem._replace(y0=last.history.y0.copy(), args=args)
 
     @property
     def y0(self):
@@ -142,8 +142,7 @@ class PreparedDelays:
             ends = [(t[-1], y[-1]) for t, y in zip(found.t_events, found.y_events, strict=True)
                     if len(t)]  # fmt: skip
             return max(ends, key=lambda each: each[0])
-        run = self._equation.run
-        return float(run.view("solve.state")["t"][0]), np.copy(run.view("solve.work")[Y])
+        return self._equation.end()
 
     @filled()
     def many(self, histories=None, args=None) -> OdeResult:

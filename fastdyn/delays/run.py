@@ -110,6 +110,11 @@ class DelayRun(Run):
     _n_polynomials = 0  # least room
     longest: float | None = None
 
+    def __init__(self, problem, *given):
+        self.laid_out = problem.args[0]
+        self._whole = self.laid_out.view(np.int64)
+        super().__init__(problem, *given)
+
     def begin_with(self, problem, known, starts, looks, slope, longest=None):
         """Take the problem, whose jumps the delays carry on; the past becomes that of this Run.
 
@@ -129,8 +134,6 @@ class DelayRun(Run):
         self.carried = carried if problem.acts else None
         if not carried.whole and looks & words.GROWN:  # jumps may be within steps
             looks = looks & ~words.GROWN | words.RESIDUALS
-        self.laid_out = problem.args[0]
-        self._whole = self.laid_out.view(np.int64)
         self._first_slope = slope
         self._lay_own_past(looks)
         return carried
@@ -145,7 +148,7 @@ class DelayRun(Run):
         self._rare = np.zeros(PAST_OF_RARE + 1, np.int64)
         self._rare[PAST_OF_RARE] = address_of(self.laid_out)
         self.laid_out[words.PAST_SLACK] = SLACK * np.max(p.rtol)
-        whole = self.laid_out.view(np.int64)
+        whole = self._whole
         whole[words.PAST_TRIAL] = address_of(self._own_past)
         whole[words.PAST_LOOKS] = looks
         whole[words.PAST_DENSE_ROWS] = dense_rows_kernel(p.method.name).address
@@ -153,6 +156,7 @@ class DelayRun(Run):
         whole[words.PAST_FILTER] = residual_filter_kernel().address if by_matrix else 0
         whole[words.PAST_FSAL] = p.method.fsal_stage
         whole[words.PAST_N_ROWS] = rows
+        whole[words.PAST_HINT :] = 0
         whole[words.PAST_COUPLED] = words.COUPLED * (p.method.name == "Radau")
 
     def follower(self):
@@ -161,6 +165,7 @@ class DelayRun(Run):
 
     def _plan(self, problem, n_points=None):
         """The plan, with as much room for polynomials as the last solve needed."""
+        problem = problem._replace(dense_output=True)  # also where results have none
         *shape, (polynomials, rows), room = shape_of(problem, bool(self._own.pair), n_points)
         polynomials = max(polynomials, self._n_polynomials), rows
         return plan(*shape, polynomials, room, self._matrices.rows)
@@ -173,17 +178,17 @@ class DelayRun(Run):
             self._n_polynomials = min(wanted, most)
         super().make_room()
 
-    def _tell(self, d, spans, rows):
-        """Tell the words of the history where the polynomials and the records are."""
-        arrays = self.plan.arrays
-        begin = address_of(self.memory)
-        whole = self._whole
-        whole[words.PAST_D] = d
-        whole[words.PAST_SPANS] = spans
-        whole[words.PAST_COUNT] = begin + 8 * arrays["output.record"][0] + N_DENSE
-        whole[words.PAST_NOW] = begin + 8 * arrays["solve.state"][0] + NOW
-        whole[words.PAST_ROWS] = rows
-        whole[words.PAST_HINT :] = 0
+    def places(self, plan):
+        """As `LaidOut.places`: the words of the history name polynomials and records, too."""
+        arrays = plan.arrays
+        self._whole[words.PAST_ROWS] = arrays["output.d"][3][1]
+        first = (address_of(self.laid_out) - self._words.buffer_info()[0]) // 8
+        named = (
+            (words.PAST_D, "output.d", 0), (words.PAST_SPANS, "output.spans", 0),
+            (words.PAST_COUNT, "output.record", N_DENSE), (words.PAST_NOW, "solve.state", NOW),
+        )  # fmt: skip
+        own = [(first + word, 8 * arrays[name][0] + offset) for word, name, offset in named]
+        return np.concatenate([plan.places, own])
 
     @property
     def since(self):
@@ -225,7 +230,7 @@ class DelayRun(Run):
 
     def stepping(self):
         """The address of the kernel that takes steps again which contain their own past."""
-        whole = self.laid_out.view(np.int64)
+        whole = self._whole
         whole[words.PAST_ADVANCE] = self.tier.address
         self._rare[:PAST_OF_RARE] = rare.addresses[:PAST_OF_RARE]
         self._own.block[RARE] = address_of(self._rare)
@@ -240,15 +245,8 @@ class DelayRun(Run):
         self._own_past[2 : 2 + n] = y0
         first = self._first_slope  # of the state, not of sensitivities behind
         self._own_past[2 + n : 2 + n + len(first)] = first
-        self.laid_out.view(np.int64)[words.PAST_OPEN] = 1
+        self._whole[words.PAST_OPEN] = 1
         return super().begin(y0, n_steps, snapshots)
-
-    def _new_memory(self):
-        own = super()._new_memory()
-        begin = address_of(own)
-        at, *_, (_, rows, _) = self.plan.arrays["output.d"]
-        self._tell(begin + 8 * at, begin + 8 * self.plan.arrays["output.spans"][0], rows)
-        return own
 
     @property
     def output(self):
@@ -261,5 +259,5 @@ class DelayRun(Run):
 
     def lay_output(self):
         super().lay_output()
-        d = self.output.d
-        self._tell(address_of(d), address_of(self.output.spans), d.shape[1])
+        self._whole[words.PAST_D] = address_of(self.output.d)
+        self._whole[words.PAST_SPANS] = address_of(self.output.spans)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 from fastdyn.words.calls import shown_when_wrong
 
 from . import repeated
-from .equation import KINDS, Equation, Given
+from .again import RepeatedEquation
+from .equation import KINDS, Given
 
 if TYPE_CHECKING:
     from fastdyn.problem.argument_types import Args, Function, Functions, Times, TimeSpan
@@ -98,7 +99,7 @@ def solve_dde(
     key = repeated.key_of(given)
     result = repeated.solved(key, fun, history, args)
     if result is None:
-        equation = Equation(given)
+        equation = RepeatedEquation(given)
         result = equation.solve()
         repeated.keep(key, equation, fun, history)
     return result

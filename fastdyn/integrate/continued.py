@@ -208,7 +208,7 @@ class PlainSteps:
         self._end = run.view("solve.state")["t_end"]
         self._y = run.view("output.y")[0]
         self._readers = [
-            (reader_of(p, bound, fun, p.args), fun, bound.block)
+            (reader_of(run, bound, fun, p.args), fun, bound.block)
             for bound, fun in zip(run.bounds, functions, strict=True)
         ]
         self._sides = [(memoryview(block), i) for i, block in enumerate(run.compared.deciding)]

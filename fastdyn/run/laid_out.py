@@ -77,6 +77,7 @@ class LaidOut(PythonBetween):
         The table of the snapshots of the present solve; see `kernels/state/snapshots.py`.
     """
 
+    suits: Any = None  # ``suits(values)``: whether the Run may solve with values of its equations
     since = -math.inf  # the time from which on functions can be called after a solve
 
     def __init__(self, problem, bound, others=(), n_extra=0):
@@ -126,8 +127,13 @@ class LaidOut(PythonBetween):
         if self._inside is not None:
             self._words[plan.at["kernels.inside"]] = address_of(self._inside.block)
         self._words[plan.at["kernels.keeps"]] = self._keeps
-        self._launch = plan.launch_words(self._words, self._image)
+        self._places = self.places(plan)
+        self._launch = plan.launch_words(self._words, self._image, self._places)
         self.launch_at = ctypes.c_void_p(self._launch.buffer_info()[0])
+
+    def places(self, plan):
+        """As `Plan.places`: the words that name parts of the memory, and their offsets."""
+        return plan.places
 
     def take(self, problem):
         """Take another problem of the same plan, with the same functions."""
@@ -310,7 +316,7 @@ class LaidOut(PythonBetween):
         for name in ("table", "schedules"):
             self.view(f"events.{name}")[:] = self.plan.view(self._image, f"events.{name}")
         put_tables(self, *tables)
-        for at, offset in self.plan.places.tolist():
+        for at, offset in self._places.tolist():
             self._words[at] = address_of(own) + offset
 
     def interpolant(self):

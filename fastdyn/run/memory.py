@@ -157,10 +157,10 @@ class Plan:
             return STATE.fields[name][1]
         return 8 * self.arrays["output.record"][0] + OUTPUT.fields[name][1]
 
-    def launch_words(self, words, image):
+    def launch_words(self, words, image, places):
         """The words of a Launch; each solve sets the words MEMORY and Y0."""
         launch = array("q", [self._code.address, words.buffer_info()[0], 0, 0])
-        for given in (image, self.places):
+        for given in (image, places):
             launch.extend((address_of(given), *given.shape))
         return launch
 

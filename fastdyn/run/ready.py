@@ -70,6 +70,8 @@ class ReadyRun:
         The initial state of the next solve.
     span : tuple or None
         The `t_span` that was taken last; the same tuple needs no second look.
+    last : ndarray or None
+        The memory of the last solve.
     left : float
         The solves until functions that run in Python are compiled again, if they can be; then the
         ReadyRun is given up.
@@ -79,7 +81,7 @@ class ReadyRun:
         "_check", "_finish", "_image", "_launch", "_left", "_limited", "_make", "_n", "_n_left",
         "_own", "_pack_times", "_quick", "_readers", "_result", "_seen", "_sides", "_sizes",
         "_span", "_step", "_switched", "_t_eval", "_times", "_until_look", "first", "go",
-        "in_python", "left", "problem", "room", "run", "sizes", "span",
+        "in_python", "last", "left", "problem", "room", "run", "sizes", "span",
     )  # fmt: skip
 
     def __init__(
@@ -90,7 +92,7 @@ class ReadyRun:
         self.run, self.problem, self._finish = run, problem, finish
         self._check, self._sizes = check, sizes
         self._readers = [
-            (reader_of(run.problem, bound, fun, args), bound.block)
+            (reader_of(run, bound, fun, args), bound.block)
             for bound, fun in zip(run.bounds, functions, strict=True)
         ]
         self.left = math.inf
@@ -127,7 +129,7 @@ class ReadyRun:
         words, launch = run.words()
         self.first = max(1, min(run.n_first(), MANY - 1))  # longer solves are examined
         words[plan.at["n_steps"]] = self.first
-        words[plan.at["kernels.advance"]] = run.tier.address
+        words[plan.at["kernels.advance"]] = run.stepping()
         launch[Y0] = address_of(self.room)
         self._launch = launch
         kernel = plan.launch
@@ -144,8 +146,13 @@ class ReadyRun:
         if plan.size <= FEW_WORDS:
             self._own = new_memory(plan.size)
             launch[MEMORY] = address_of(self._own)
+        self.last = self._own
         self._result = (self._make or results)(problem, plan, self._own)
         self.go = self._laid(kernel)
+
+    def forget(self):
+        """Hold no memory of the last solve that its result may have."""
+        self.last = self._own
 
     def _laid(self, kernel):
         """`go`, a closure over what solves share, which takes a fifth less than a method."""
@@ -194,7 +201,7 @@ class ReadyRun:
                 if left[0] <= 1:  # a comparison is due
                     self.run.take_snapshots(self.run.compared.most_places)
                 if memory is None:
-                    memory = new_memory(size)
+                    memory = self.last = new_memory(size)
                     self._launch[MEMORY] = address_of(memory)
                 status = kernel(at)
             if status == BAD_STATE:
@@ -253,7 +260,7 @@ class ReadyRun:
         tier.record_time(LOOK_EVERY * (thread_time() - began))
         tier.promote()
         words, _ = run.words()
-        words[run.plan.at["kernels.advance"]] = tier.address
+        words[run.plan.at["kernels.advance"]] = run.stepping()
         if not tier.open:
             self.go = self._laid(run.plan.launch)
         return status

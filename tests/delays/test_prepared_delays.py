@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fastdyn.delays import prepare_dde, solve_dde
+from fastdyn.delays.again import RepeatedEquation
 from fastdyn.delays.equation import Equation, Given
 from fastdyn.run import again
 
@@ -146,14 +147,14 @@ def made(tau):
 def test_calls_again_take_the_run_of_an_earlier_call(monkeypatch):
     """Other closures, histories and arguments; times of whole numbers stay whole."""
     solved = []
-    own = Equation.again
+    own = RepeatedEquation.again
 
     def noted(self, *given):
         result = own(self, *given)
         solved.append(result is not None)
         return result
 
-    monkeypatch.setattr(Equation, "again", noted)
+    monkeypatch.setattr(RepeatedEquation, "again", noted)
     for tau in (0.5, 0.5, 1.25, 0.5):
         for history in ([1.0], [2.0], lambda t: [np.cos(t)]):
             again_and_anew(made(tau), history, (0.7,))

@@ -12,8 +12,21 @@ from fastdyn.compile.traced.make import made
 NUMBERS, FLOAT, ARRAY = {float, int, np.float64}, np.dtype(float), np.ndarray
 
 
-def reader_of(problem, bound, fun, args):
-    """``read(fun, args, block)`` of a Bound, whose result is None if the values need other code."""
+def reader_of(run, bound, fun, args):
+    """``read(fun, args, block)`` of a Bound, whose result is None if the values do not suit."""
+    read = _reader(run.problem, bound, fun, args)
+    suits = run.suits
+    if suits is None or bound is not run.bounds[0]:
+        return read
+
+    def suited(fun, args, block):
+        values = read(fun, args, block)
+        return values if values is not None and suits(values) else None
+
+    return suited
+
+
+def _reader(problem, bound, fun, args):
     if bound.callback is not None:
         return reader_in_python(bound, fun, args)
     p, mode, n, varying = problem, bound.mode, bound.n, ()
