@@ -10,6 +10,7 @@ import types
 import pytest
 
 from support.apart import CAN_FORK
+from support.common_kernels import order
 from support.few import left_out
 from support.hanging import Patience
 
@@ -128,3 +129,12 @@ def test_each_folder_runs_in_a_process_that_ends(tmp_path):
     assert "the process of this folder of tests ended by signal or exit status -9" in done.stdout
     assert done.stdout.count("the session of") == 1  # of the second process; the first was killed
     assert "before it failed" in done.stdout and "At index 1 diff: 2 != 3" in done.stdout
+
+
+@pytest.mark.parametrize(("n_workers", "rounds"), [(1, 10), (2, 5), (3, 5), (4, 3)])
+def test_workers_share_the_kernels_and_each_comes_to_all(n_workers, rounds):
+    orders = [order(worker, n_workers, 10) for worker in range(n_workers)]
+    assert all(sorted(one) == list(range(10)) for one in orders)
+    begun = {one[i] for one in orders for i in range(rounds)}
+    last = {one[i] for one in orders for i in range(rounds - 1)}
+    assert len(begun) == 10 and len(last) < 10
