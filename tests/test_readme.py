@@ -15,6 +15,7 @@ def blocks(page):
     return [block for block in found if not block.startswith("# docs: not run")]
 
 
+@pytest.mark.hunt
 def test_the_blocks_of_other_libraries_run():
     """They are marked `py`."""
     pytest.importorskip("heyoka")
