@@ -1,4 +1,4 @@
-"""Arguments: SciPy's exceptions where SciPy raises, a sentence where SciPy hangs or lies."""
+"""Arguments: SciPy's exceptions where SciPy raises; the sentences are rows of `tests/slips`."""
 
 import warnings
 
@@ -73,70 +73,6 @@ def test_an_unknown_method_is_scipys_exception_and_a_list_of_ours(method):
         scipy.integrate.solve_ivp(**base(method=method))
     with pytest.raises(ValueError, match=r"`method` must be one of auto, RK23, .*OdeSolver class"):
         fastdyn.solve_ivp(**base(method=method))
-
-
-VERLET = {"method": "VelocityVerlet", "step": 0.1}
-
-BEYOND_SCIPY = {
-    "`rtol` must not be NaN": [{"rtol": np.nan}, {"rtol": [1e-3, np.nan]}],
-    "`rtol` has wrong shape": [{"rtol": [1e-3] * 3}],
-    "`atol` must not be NaN": [{"atol": np.nan}, {"atol": [1e-6, np.nan]}],
-    "`t_span` must be two times": [{"t_span": x} for x in ((0, np.nan), (np.nan, 1), (np.inf, 1))],
-    "give a terminal event": [
-        {"t_span": (0, np.inf)},
-        {"t_span": (0, -np.inf), "events": event_with(direction=1)},
-    ],
-    "`t_eval` must not contain NaN": [{"t_eval": [0.1, np.nan]}],
-    "`max_step` must be positive": [{"max_step": np.nan}],
-    "`first_step` must be positive": [{"first_step": np.nan}],
-    "is 0 where `y0` is 0 (component 1)": [
-        {"atol": 0.0, "y0": [1.0, 0.0]},
-        {"atol": [1e-6, 0.0], "y0": [0.0, 0.0]},
-    ],
-    "`y0` must be numbers": [{"y0": ["a", "b"]}],
-    "`direction`": [{"events": event_with(direction=x)} for x in (np.nan, None)],
-    "`atol` > 0": [{"method": "ode45", "atol": 0.0}],
-    "one `rtol`": [{"method": "ode45", "rtol": [1e-3, 1e-3]}],
-    "give their size as `step`": [{"method": "RK4"}],
-    "`step` must be positive": [{"method": "RK4", "step": x} for x in (0, -1, np.nan, np.inf)],
-    "[q, v]; got 1 components": [VERLET | {"y0": [1.0]}],
-    "first half of what `fun` returns is not v": [VERLET],
-    "depends on the velocity": [VERLET | {"fun": lambda t, y: [y[1], -y[0] - y[1]]}],
-    "choose from auto, shared, inlined": [{"compile": "fast"}],
-    "choose from raise, return": [{"on_interrupt": "stop"}],
-    "`max_steps` must be at least 1": [{"max_steps": 0}],
-    "`max_steps` must be a whole number": [{"max_steps": np.nan}, {"max_steps": 2.5}],
-    "3 values for a state of 2": [{"fun": lambda t, y: [1.0, 2.0, 3.0]}],
-    "1 value for a state of 2": [{"fun": lambda t, y: [1.0]}, {"fun": lambda t, y: 1.0}],
-    "returned None": [{"fun": lambda t, y: None}],
-    "must return 2 numbers": [{"fun": lambda t, y: ["a", "b"]}],
-    "complex": [{"fun": lambda t, y: [1j, 2.0]}],
-}
-
-
-@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
-@pytest.mark.parametrize("words", BEYOND_SCIPY)
-def test_what_makes_scipy_hang_or_lie_is_a_sentence(words):
-    for changes in BEYOND_SCIPY[words]:
-        with pytest.raises((ValueError, TypeError)) as caught:
-            fastdyn.solve_ivp(**base(**changes))
-        assert words in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("method", "q0", "v0", "words"),
-    [
-        ("RK45", [1.0], [0.0], "does not solve q''"),
-        ("VelocityVerlet", [[1.0]], [0.0], "`q0` must be 1-dimensional"),
-        ("VelocityVerlet", [1.0], [np.nan], "initial state `v0` must be finite"),
-        ("VelocityVerlet", [1.0], [0.0, 1.0], "shapes (1,), (2,)"),
-        ("VelocityVerlet", [1.0], [1j], "must be real"),
-    ],
-)
-def test_second_order_problems_that_make_no_sense(method, q0, v0, words):
-    with pytest.raises(ValueError) as caught:
-        fastdyn.solve.solve_second_order(linear, (0, 1), q0, v0, method, step=0.1)
-    assert words in str(caught.value)
 
 
 @pytest.mark.parametrize("method", ["RK23", "RK45", "DOP853", "Vern9", "ode45", "RK4", "Radau"])

@@ -22,7 +22,11 @@ from support.slips import (
 EVENTS = "`events` must be a function of (t, y), or a sequence of functions; got "
 TERMINAL = "`terminal` attribute of each event must be a boolean or positive integer; that of `hit`"
 DIRECTION = "1 for rising, -1 for falling and 0 for both; that of `hit` is"
-RK4, LSODA, RADAU, BDF = [{"method": name} for name in ("RK4", "LSODA", "Radau", "BDF")]
+RK4, LSODA, RADAU, BDF, ODE45 = [
+    {"method": name} for name in ("RK4", "LSODA", "Radau", "BDF", "ode45")
+]
+VERLET = {"method": "VelocityVerlet", "step": 0.1}
+AT_ZERO = "is 0 where `y0` is 0 (component 1)"
 
 OF_IVP = {"fun": fun, "t_span": (0, 1), "y0": [1.0, 0.0]}
 
@@ -68,6 +72,19 @@ ARGUMENTS = [
     ({"args": 9.81}, "args=(9.81,)"),
     ({"args": "abc"}, "`args` must be a tuple, args=('abc',)"),
     ({"args": {"g": 9.81}}, "`args` must be a tuple, args=({'g': 9.81},)"),
+    ({"t_span": (0, np.nan)}, "`t_span` must be two times"),
+    ({"t_span": (np.nan, 1)}, "`t_span` must be two times"),
+    ({"t_span": (np.inf, 1)}, "`t_span` must be two times"),
+    ({"t_span": (0, np.inf)}, "give a terminal event"),
+    ({"t_span": (0, -np.inf), "events": hit(direction=1)}, "give a terminal event"),
+    ({"t_eval": [0.1, np.nan]}, "`t_eval` must not contain NaN"),
+    ({"y0": ["a", "b"]}, "`y0` must be numbers"),
+    ({"fun": lambda t, y: [1.0, 2.0, 3.0]}, "3 values for a state of 2"),
+    ({"fun": lambda t, y: [1.0]}, "1 value for a state of 2"),
+    ({"fun": lambda t, y: 1.0}, "1 value for a state of 2"),
+    ({"fun": lambda t, y: None}, "returned None"),
+    ({"fun": lambda t, y: ["a", "b"]}, "must return 2 numbers"),
+    ({"fun": lambda t, y: [1j, 2.0]}, "complex"),
 ]
 OF_EVENTS = [
     ({"events": 3}, f"{EVENTS}3"),
@@ -84,6 +101,7 @@ OF_EVENTS = [
     ({"events": hit(direction=None)}, f"{DIRECTION} None"),
     ({"events": hit(direction=[1, 2])}, f"{DIRECTION} [1, 2]"),
     ({"events": hit(direction=1j)}, f"{DIRECTION} 1j"),
+    ({"events": hit(direction=np.nan)}, f"{DIRECTION} nan"),
     (
         {"events": hit(Terminal=True)},
         "`Terminal` of the event `hit` has no effect; did you mean",
@@ -123,7 +141,22 @@ OPTIONS = [
     ({"mass": np.eye(2)}, "`mass` is not for RK45"),
     ({"step": "x"} | RK4, f"`step` {NUMBER}the text 'x'"),
     ({"step": [0.1, 0.2]} | RK4, f"`step` {NUMBER}[0.1, 0.2]"),
-    ({"step": -0.1} | RK4, "`step` must be positive and finite"),
+    *[({"step": x} | RK4, "`step` must be positive and finite") for x in (-0.1, 0, np.nan, np.inf)],
+    (VERLET | {"y0": [1.0]}, "[q, v]; got 1 components"),
+    (VERLET | {"fun": lambda t, y: y}, "first half of what `fun` returns is not v"),
+    (VERLET | {"fun": lambda t, y: [y[1], -y[0] - y[1]]}, "depends on the velocity"),
+    ({"rtol": [1e-3, np.nan]}, "`rtol` must not be NaN"),
+    ({"rtol": [1e-3] * 3}, "`rtol` has wrong shape"),
+    ({"atol": np.nan}, "`atol` must not be NaN"),
+    ({"atol": [1e-6, np.nan]}, "`atol` must not be NaN"),
+    ({"atol": 0.0, "y0": [1.0, 0.0]}, AT_ZERO),
+    ({"atol": [1e-6, 0.0], "y0": [0.0, 0.0]}, AT_ZERO),
+    ({"atol": 0.0, "y0": [1.0, 2.0]} | ODE45, "`atol` > 0"),
+    ({"rtol": [1e-3, 1e-3]} | ODE45, "one `rtol`"),
+    ({"max_step": np.nan}, "`max_step` must be positive"),
+    ({"first_step": np.nan}, "`first_step` must be positive"),
+    ({"max_steps": np.nan}, "`max_steps` must be a whole number"),
+    ({"compile": "fast"}, "choose from auto, shared, inlined"),
     (RK4, "takes constant steps: give their size as `step`"),
     ({"at": "noon"}, "`at` must be a sequence of times; got 'noon'"),
     ({"at": [2.0]}, "behind the end of the span from 0.0 to 1.0"),

@@ -78,6 +78,8 @@ STATES = [
     ({"y0": None}, "`y0` must be numbers; got None"),
     ({"y0": "1, 0"}, "`y0` must be numbers; got the text '1, 0'"),
     ({"y0": ["1", "0"]}, "`y0` must be numbers; got ['1', '0']"),
+    ({"y0": np.array(["1"])}, "`y0` must be numbers"),
+    ({"y0": [b"1"]}, "`y0` must be numbers"),
     ({"y0": [1.0, "x"]}, "`y0` must be numbers; got [1.0, 'x']"),
     ({"y0": [1.0, None]}, "All components of the initial state `y0` must be finite"),
     ({"y0": {"x": 1.0}}, "`y0` must be numbers; got {'x': 1.0}"),
