@@ -169,6 +169,8 @@ def solve(planets, t_span, step, t_eval, corrector, checkpoint, progress):
     if not np.isfinite(tf):
         raise ValueError("`t_span` must end: a run at constant step has no last step otherwise.")
     kinds.flag("progress", progress)
+    if checkpoint is not None:
+        kinds.path("checkpoint", checkpoint)
     t_eval = validate.output_times(t_eval, t0, tf)
     t_eval = np.array([t0, tf] if t_eval is None else t_eval, float)
     steps = Steps(planets, step, t0, tf, corrector)
@@ -198,7 +200,6 @@ class _Outputs:
         self.filled = np.zeros(1, np.int64)
         self._file = None
         if checkpoint is not None:
-            kinds.path("checkpoint", checkpoint)
             self._file = Checkpoint(checkpoint, header_of(steps, t_eval))
             arrays = self._file.load()
             if arrays is not None:
