@@ -201,13 +201,13 @@ class RepeatedEquation(Equation):
         return result
 
     def end(self):
-        """The time and the state at the end of the last solve."""
+        """The time and the state at the end of the last solve, and the size of a next step."""
         run = self.run
         memory = run.memory if self._over is None else self._over
         if memory is None:
             memory = self._ready.last
         state, work = [run.plan.view(memory, f"solve.{name}") for name in ("state", "work")]
-        return float(state["t"][0]), np.copy(work[Y])
+        return float(state["t"][0]), np.copy(work[Y]), float(state["h"][0])
 
     def let_go(self):
         """Hold nothing of the user's, and no memory of the last solve."""

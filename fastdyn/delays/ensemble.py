@@ -206,8 +206,7 @@ class _Ensemble:
         count["n_accepted"] = found.n_accepted
         count["n_rejected"] = found.n_rejected
         count["n_extra"] = found.nfev - stages * (found.n_accepted + found.n_rejected)
-        results.t_end[i], results.y_end[i] = solver.end(found)
-        results.h_end[i] = solver.next_step
+        results.t_end[i], results.y_end[i], results.h_end[i] = solver.end(found)
         if solver.problem.t_eval is not None:
             count["n_times"] = len(found.t)
             results.y_eval[i, : len(found.t)] = found.y.T

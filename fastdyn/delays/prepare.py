@@ -131,18 +131,17 @@ class PreparedDelays:
         """Whether a function runs in Python."""
         return any(bound.callback is not None for bound in self._equation.run.bounds)
 
-    @property
-    def next_step(self):
-        """The size of the step that the last solve would have taken next."""
-        return float(self._equation.run.view("solve.state")["h"][0])
-
     def end(self, found):
-        """The time and the state at the end of the last solve, whose result is `found`."""
+        """The time and the state at the end of the last solve, and the size of a next step.
+
+        `found` is the result of the solve.
+        """
+        t, y, h = self._equation.end()
         if found.status == 1:  # at the last event
             ends = [(t[-1], y[-1]) for t, y in zip(found.t_events, found.y_events, strict=True)
                     if len(t)]  # fmt: skip
-            return max(ends, key=lambda each: each[0])
-        return self._equation.end()
+            t, y = max(ends, key=lambda each: each[0])
+        return t, y, h
 
     @filled()
     def many(self, histories=None, args=None) -> OdeResult:
