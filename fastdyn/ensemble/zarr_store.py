@@ -171,7 +171,8 @@ class Archived(Results):
 
 def _plain(rows):
     """Records of whole numbers as a matrix, since not every Zarr has records."""
-    return rows.view(np.int64).reshape(len(rows), -1) if rows.dtype.names else rows
+    names = rows.dtype.names
+    return rows.view(np.int64).reshape(len(rows), len(names)) if names else rows
 
 
 def _compressors():
