@@ -12,7 +12,7 @@ from fastdyn.compile.derivatives.compare import compare_jacobian
 from fastdyn.compile.derivatives.jacobian import jacobian
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.python_callback import called_with, explained
-from fastdyn.compile.traced.known import why
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near
 from fastdyn.ensemble.labels import argument_labels, argument_names, component_labels
 from fastdyn.problem.members import Shared
@@ -109,7 +109,8 @@ class Equations(NamedTuple):
         n = len(y)
         bound = bind(self.fun, self.args, DERIVATIVE, n, Near(t, t + 1.0, y))
         traced = bound.function is not None and bound.function.traced is not None
-        reason = None if traced else why(self.fun, self.args, DERIVATIVE, n) or "it has no trace"
+        attempt = Attempt(self.fun, self.args, DERIVATIVE, n)
+        reason = None if traced else attempt.why() or "it has no trace"
         found = None
         try:
             found = jacobian(bound.function, True) if traced else None

@@ -14,7 +14,7 @@ from fastdyn.code_store.target import optimise, processor, target
 from fastdyn.compile.bind import bind
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
-from fastdyn.compile.traced.known import facts_of
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.methods import METHODS
 from fastdyn.trace.graph.expressions import live
@@ -46,8 +46,8 @@ def run(options):
     function, name = functions.named(options.function)
     y0 = functions.state(function, options)
     bound, warned = _bound(function, options.args, options.t, y0)
-    asked = function, options.args, DERIVATIVE, len(y0)
-    refused = facts_of(*asked).refusal
+    attempt = Attempt(function, options.args, DERIVATIVE, len(y0))
+    refused = attempt.facts().refusal
     compiled = bound.function
     told = f"t = {options.t:g}, y of {len(y0)}, args = {options.args}"
     if compiled is None:
@@ -62,7 +62,7 @@ def run(options):
         _tell(refused or "the reason is not known", function)
         return 0
     print(f"{name} is traced ({told}): {_size(compiled.traced)}.")
-    if in_batches := facts_of(*asked, batches=True).refusal:
+    if in_batches := attempt.facts(batches=True).refusal:
         print("Its numbers are traced one by one. Tracing in batches refused it:")
         _tell(in_batches, function)
     if not compiled.traced.in_batches:

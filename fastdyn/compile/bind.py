@@ -26,7 +26,7 @@ from .parameters import pack_all
 from .python_callback import Callback, Held
 from .remembered import warn_if_remembered
 from .sentences import FoundLater, GaveUp, name_of, warn_once
-from .traced.known import facts_of, forget_refusals, known_trace, leave, left_of, place_of, why
+from .traced.known import Attempt
 from .traced.make import made, traced_function
 
 # NumPy's error state, which not all versions have; each new setting is a new object.
@@ -75,17 +75,18 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         return held.fun(t, y, *held.args)
 
     as_written.of = held  # pyright: ignore
+    attempt = Attempt(fun, args, mode, n, varying)
     try:
         if numpy_errors_are_heard():
             refused = NUMPY_ERRORS
         if refused:
             raise Uncompilable(refused)
-        if reason := left_of(fun, args, mode)[0]:
+        if reason := attempt.left.reason:
             raise FoundLater(reason)
         found, late = budget.within(
-            place_of(fun, args, mode, n, varying),
-            lambda: _code(fun, args, mode, n, near, probe, varying),
-            lambda: None if DISABLED else traced_function(fun, args, mode, n, near, varying, False),
+            attempt.place(),
+            lambda: _code(attempt, near, probe),
+            lambda: None if DISABLED else traced_function(attempt, near, makes=False),
             name_of(fun),
         )
         if late is not None:
@@ -96,15 +97,13 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
             _compare_with_python(bound, near)
         return bound
     except Uncompilable as reason:
-        said = None if refused or isinstance(reason, FoundLater) else why(
-            fun, args, mode, n, varying
-        )  # fmt: skip
+        said = None if refused or isinstance(reason, FoundLater) else attempt.why()
         said = functools.partial(warn_once, fun, said or str(reason))
         if mode.argument == "fun":
             warn_if_remembered(fun)
         return _in_python(as_written, held, mode, n, said)
     except Exception as error:  # of the function, called by `probe`
-        forget_refusals(fun, args, mode, error)
+        attempt.forget_refusals(error)
         raise
 
 
@@ -120,26 +119,26 @@ def _compare_with_python(bound, near):
     compared.add(bound.n)
 
 
-def _code(fun, args, mode, n, near, probe, varying):
+def _code(attempt, near, probe):
     """(Function, (type, value) of each parameter, indices of the arguments among them)."""
-    found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
-    if found is None and (reason := left_of(fun, args, mode)[0]):
+    found = None if DISABLED else traced_function(attempt, near)
+    if found is not None:
+        return found
+    if reason := attempt.left.reason:
         raise FoundLater(reason)
-    if found is None and facts_of(fun, args, mode, n, varying).acts:
+    if attempt.facts().acts:
         raise Uncompilable("it does more than give a value")
-    if found is None and not mode.by_numba:
+    if not attempt.mode.by_numba:
         raise Uncompilable("it cannot be traced, and Numba compiles derivatives and events only")
-    if found is None:
-        parts = parts_of(fun, args)
-        found = *compiled_function(parts, mode, probe), arguments_at(parts)
-    return found
+    parts = parts_of(attempt.fun, attempt.args)
+    return *compiled_function(parts, attempt.mode, probe), arguments_at(parts)
 
 
 def _in_python(as_written, held, mode, n, announce=None, account=None):
     """The Bound of a function that runs in Python, for good or until its code is made."""
     callback = Callback(as_written, mode, n, announce)
     callback.account = account
-    callback.raises = lambda error: forget_refusals(held.fun, held.args, mode, error)
+    callback.raises = lambda error: Attempt(held.fun, held.args, mode, n).forget_refusals(error)
     return with_callback(callback, as_written, held, mode)
 
 
@@ -158,12 +157,13 @@ def rebind(bound, fun, args):
     base = function.notes.get(BASE, function)
     if base is not function:
         fun, mode, n, varying = fun.as_traced()
-    if numpy_errors_are_heard() or left_of(fun, args, mode)[0]:
+    attempt = Attempt(fun, args, mode, n, varying)
+    if numpy_errors_are_heard() or attempt.left.reason:
         return False
     known = bound.seen.get("known")
     if known is not None and _read(known, bound, fun, args):
         return True
-    found = known_trace(fun, args, mode, n, varying, function.in_batches)
+    found = attempt.known(function.in_batches)
     if found is not None and found[0].function is base:
         bound.seen["known"] = found[0]
         return _read(found[0], bound, fun, args)
@@ -219,4 +219,5 @@ def or_in_python(solve):
 def leave_to_python(bound, reason):
     """Make a function run in Python from now on, for all values; `reason` is text, or a GaveUp."""
     held = bound.held
-    leave(held.fun, held.args, bound.mode, str(reason), getattr(reason, "wrong", False))
+    attempt = Attempt(held.fun, held.args, bound.mode, bound.n)
+    attempt.leave(str(reason), getattr(reason, "wrong", False))

@@ -5,7 +5,7 @@ from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 
 import numpy as np
 
-from fastdyn.compile.traced.known import known_trace
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.kernels.ensemble.arguments import COUNT
 from fastdyn.kernels.state.record import RAISED
 from fastdyn.trace.reads.reads import flat
@@ -83,7 +83,7 @@ def _watched(worker, members, problem, folds):
     changed = []
     for bound, (fun, mode, n) in zip(worker.bounds, functions_of(problem, folds), strict=True):
         if callable(fun) and bound.function is not None:
-            known = known_trace(fun, members.first, mode, n, varying)
+            known = Attempt(fun, members.first, mode, n, varying).known()
             if known is not None:
                 found.append((known[0], flat(known[1]), fun))
 

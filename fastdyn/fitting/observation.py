@@ -6,6 +6,7 @@ import numpy as np
 
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.python_callback import value_of
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.trace.graph.derivatives import partials
 from fastdyn.trace.graph.evaluate import evaluate
@@ -148,7 +149,8 @@ class Function:
         held = {j: a for j, a in enumerate(places.args, 1) if isinstance(a, Template)}
         self.values(t[:1], y[:, :1], args)  # mistakes are reported by Python
         near = Near(t[0], t[-1], np.r_[y[:, 0], np.zeros(self.size - self.n)])
-        found = traced_function(self._padded, args, DERIVATIVE, self.size, near, tuple(held))
+        attempt = Attempt(self._padded, args, DERIVATIVE, self.size, held)
+        found = traced_function(attempt, near)
         if found is None:
             return None
         function, given, at = found

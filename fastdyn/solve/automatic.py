@@ -8,7 +8,7 @@ from fastdyn.compile.bind import numpy_errors_are_heard
 from fastdyn.compile.derivatives.switched import has_switches
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.sentences import told_once, warn
-from fastdyn.compile.traced.known import known_trace, left_of
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import LONG, Near, traced_function
 from fastdyn.problem.domains import options as domains
 from fastdyn.problem.events import event_list
@@ -189,13 +189,10 @@ def _switches(asked):
         return False
     if len(a.y0) >= LONG or a.t0 == a.tf or domains.asked(a.options) or numpy_errors_are_heard():
         return False
-    if left_of(a.fun, a.args, DERIVATIVE)[0]:
+    attempt = Attempt(a.fun, a.args, DERIVATIVE, len(a.y0))
+    if attempt.left.reason:
         return False
-    given = a.fun, a.args, DERIVATIVE, len(a.y0)
-    known = known_trace(*given)
-    if known is not None:
-        return has_switches(known[0].function)
-    found = traced_function(*given, Near(a.t0, a.tf, a.y0))
+    found = traced_function(attempt, Near(a.t0, a.tf, a.y0))
     return found is not None and has_switches(found[0])
 
 

@@ -8,7 +8,7 @@ from fastdyn.compile.function_convention import call, code_at
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.sentences import CompileWarning, warn, warn_once
-from fastdyn.compile.traced.known import facts_of
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near
 from fastdyn.problem import step_options, validate
 from fastdyn.problem.events import between_steps, endless, event_list, for_scipy
@@ -157,13 +157,14 @@ def begun_again(problem, reason):
         return
     p = problem
     n = len(problem.y0)
-    if any(facts_of(f, p.args, mode, n).effect for f, mode in between_steps(p) if mode.one_number):
+    events = [Attempt(f, p.args, mode, n) for f, mode in between_steps(p) if mode.one_number]
+    if any(attempt.facts().effect for attempt in events):
         raise ValueError(
             "A function writes to the state that it is given, which only SciPy's solvers can take, "
             "and an event has changed other things meanwhile: take scipy.integrate.solve_ivp, or "
             "let `on_event` return the new state."
         )
-    if facts_of(p.fun, p.args, p.mode, n).effect:
+    if Attempt(p.fun, p.args, p.mode, n).facts().effect:
         warn(
             "`fun` writes to the state that it is given, and SciPy's solver took over from the "
             "start: what `fun` counts or keeps includes the calls before.",

@@ -6,7 +6,7 @@ from fastdyn.compile.bind import NUMPY_ERRORS, numpy_errors_are_heard
 from fastdyn.compile.python_callback import value_of
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
 from fastdyn.compile.traced.code import MANY_OPERATIONS
-from fastdyn.compile.traced.known import why
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.kernels.methods.taylor.accuracy import is_fine, order_for
 
 # Time of Taylor over Vern9 at rtol 1e-10, AVX-512 (with AVX2 twice as much): a chain of 200
@@ -25,7 +25,7 @@ def series_kernel(problem, bound, order=None):
     p = problem
     function = bound.function
     if function is None or function.series is None:
-        reason = why(p.fun, p.args, p.mode, len(p.y0))
+        reason = Attempt(p.fun, p.args, p.mode, len(p.y0)).why()
         if numpy_errors_are_heard():
             reason = NUMPY_ERRORS
         if reason is None:

@@ -22,7 +22,7 @@ from fastdyn.compile.bind import bind
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced import make
 from fastdyn.compile.traced.code import Traced
-from fastdyn.compile.traced.known import left_of
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.run import solve_problem
 from fastdyn.trace.graph.clock import CLOCK, checked_by, look
@@ -168,11 +168,11 @@ def test_values_that_change_while_code_is_made_behind_are_no_fault_of_the_code(s
 
     monkeypatch.setattr(make, stage, changed)
     near = Near(0.0, 1.0, np.ones(2))
-    background.Job(lambda: traced_function(fun, (), DERIVATIVE, 2, near))
+    background.Job(lambda: traced_function(Attempt(fun, (), DERIVATIVE, 2), near))
     background.finish()
     monkeypatch.undo()
-    assert left_of(fun, (), DERIVATIVE) == (None, False)
-    assert traced_function(fun, (), DERIVATIVE, 2, near) is not None
+    assert Attempt(fun, (), DERIVATIVE, 2).left == (None, False)
+    assert traced_function(Attempt(fun, (), DERIVATIVE, 2), near) is not None
 
 
 def test_ctrl_c_ends_the_waiting(monkeypatch):
@@ -270,7 +270,7 @@ def test_work_that_is_out_of_time_is_no_refusal(stage, monkeypatch):
     else:
         monkeypatch.setattr(Traced, "text", out_of_time)
     with pytest.raises(NotYet):
-        traced_function(fun, (), DERIVATIVE, 30, Near(0.0, 1.0, np.ones(30)))
+        traced_function(Attempt(fun, (), DERIVATIVE, 30), Near(0.0, 1.0, np.ones(30)))
 
 
 def test_code_that_is_there_is_used_while_other_code_is_made(monkeypatch):

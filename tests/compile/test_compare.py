@@ -12,6 +12,7 @@ from fastdyn.compile.compare import compare_around
 from fastdyn.compile.functions import Bound
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.python_callback import Held
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.ensemble import compared as of_ensembles
 from fastdyn.kernels.calls.block import FAULT, FIRST
@@ -139,7 +140,7 @@ def test_what_rounding_leaves_of_large_terms_is_no_difference():
         return [1e6 * (np.sin(3 * y[0]) - 3 * np.sin(y[0]) + 4 * np.sin(y[0]) ** 3), -y[1]]
 
     near = Near(0.0, 1.0, np.array([0.7, 0.9]))
-    assert traced_function(fun, (), DERIVATIVE, 2, near) is not None
+    assert traced_function(Attempt(fun, (), DERIVATIVE, 2), near) is not None
 
 
 def test_a_small_difference_beside_large_numbers_is_one(monkeypatch):

@@ -8,6 +8,7 @@ import fastdyn
 from fastdyn.compile.bind import bind
 from fastdyn.compile.compare import machine_value
 from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.trace.graph.derivatives import jacobian
 from fastdyn.trace.graph.evaluate import evaluate
@@ -45,7 +46,7 @@ START, ROD = [1.0, 0.5, -0.3], [0.0, -1.0, 1.5, 0.0]
 )
 def test_answers_are_those_of_python(fun, y0, args):
     near = Near(0.0, 4.0, np.array(y0))
-    assert traced_function(fun, args, DERIVATIVE, len(y0), near) is not None
+    assert traced_function(Attempt(fun, args, DERIVATIVE, len(y0)), near) is not None
     given = {"args": args, "rtol": 1e-8, "atol": 1e-8}
     found, expected = (
         fastdyn.solve_ivp(fun, (0, 4), y0, **given),

@@ -8,7 +8,7 @@ import pytest
 
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.known import why
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.trace.functions import stand_ins
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.paths.runs import trace
@@ -39,7 +39,7 @@ def test_an_option_that_a_stand_in_lacks_is_named(reason):
     fun = REFUSED[reason]
     with pytest.warns(fastdyn.CompileWarning, match=reason):
         r = fastdyn.solve_ivp(fun, (0, 0.1), Y, "RK4", step=0.1)
-    assert reason in why(fun, (), DERIVATIVE, 3)
+    assert reason in Attempt(fun, (), DERIVATIVE, 3).why()
     slopes = [fun(0.0, Y).astype(float)]
     for share in (0.5, 0.5, 1.0):
         slopes.append(fun(0.1 * share, Y + 0.1 * share * slopes[-1]).astype(float))

@@ -5,6 +5,7 @@ import pytest
 
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced import make as by_tracing
+from fastdyn.compile.traced.known import Attempt
 from support.branching import drawn
 from support.machine_code import called
 
@@ -19,7 +20,7 @@ def test_code_is_the_function_or_there_is_none(seed):
     near = by_tracing.Near(0.0, 1.0, np.full(n, 0.4))
     rng = np.random.default_rng(seed)
     for change in range(3):
-        found = by_tracing.traced_function(fun, args, DERIVATIVE, n, near)
+        found = by_tracing.traced_function(Attempt(fun, args, DERIVATIVE, n), near)
         if found is None:
             return
         compiled = called(*found[:2], DERIVATIVE, n)

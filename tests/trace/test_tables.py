@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp as reference
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced import make as by_tracing
-from fastdyn.compile.traced.known import known_trace
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.paths import runs
 
@@ -34,7 +34,7 @@ def agrees(fun, args=None):
         mine = fastdyn.solve_ivp(fun, (0.0, 1.0), START, **steps)
     theirs = reference(fun, (0.0, 1.0), START, **steps)
     np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-7)
-    assert known_trace(fun, args or (), DERIVATIVE, 2) is not None
+    assert Attempt(fun, args or (), DERIVATIVE, 2).known() is not None
 
 
 TAB, WIDE = numbers(), numbers(3 * N).reshape(N, 3)

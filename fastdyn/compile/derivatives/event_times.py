@@ -11,6 +11,7 @@ from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.reads.reads import flat
 
 from ..mode import EVENT
+from ..traced.known import Attempt
 from ..traced.make import traced_function
 from .crossings import crossing_number
 from .sensitivities import slots_of
@@ -56,8 +57,8 @@ def slopes(fun, args, mode, near, directions, t, y, rate=None):
     and zeros are left out.  None if the function cannot be traced or differentiated.  With
     the `rate` of the state, those of an event function are those of its `crossing_number`.
     """
-    positions = tuple(sorted({j for j in directions if j}))
-    found = traced_function(fun, args, mode, len(near.y0), near, positions)
+    attempt = Attempt(fun, args, mode, len(near.y0), sorted({j for j in directions if j}))
+    found = traced_function(attempt, near)
     if found is None:
         return None
     function, values, at = found

@@ -27,7 +27,7 @@ from ..compare import seconds_of
 from ..functions import BASE, with_code
 from ..mode import DERIVATIVE, RESIDUAL_SENSITIVITIES, SALTATION, SENSITIVITIES
 from ..python_callback import Held
-from ..traced.known import why
+from ..traced.known import Attempt
 from ..traced.make import Near, traced_function
 from .columns import Columns
 from .crossings import crossing_number
@@ -94,10 +94,10 @@ def _bound(fun, args, mode, near, extended, as_mode, located, said, varying):
     """
     n = len(near.y0)
     directions = extended.directions
-    positions = tuple(sorted({j for j in (*directions, *varying) if j}))
-    found = traced_function(fun, args, mode, n, near, positions)
+    attempt = Attempt(fun, args, mode, n, sorted({j for j in (*directions, *varying) if j}))
+    found = traced_function(attempt, near)
     if found is None:
-        raise Uncompilable(why(fun, args, mode, n, positions) or said[0])
+        raise Uncompilable(attempt.why() or said[0])
     base, values, at = found
     groups = tuple([at[j - 1] if j else None for j in directions])
 

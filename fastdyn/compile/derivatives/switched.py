@@ -20,7 +20,7 @@ from ..functions import with_code
 from ..mode import DERIVATIVE
 from ..python_callback import Held
 from ..python_callback import evaluate as in_python
-from ..traced.known import known_trace
+from ..traced.known import Attempt
 from ..traced.make import made
 
 # Conditions, up to which the steps of Taylor end at each.  With those of a limiter on a grid of 40,
@@ -61,7 +61,7 @@ class Switched:
 
     def given(self, fun=None, args=None):
         """The types and values of the parameters; None if the trace does not hold any more."""
-        found = known_trace(fun or self.fun, args or self.args, DERIVATIVE, self.n)
+        found = Attempt(fun or self.fun, args or self.args, DERIVATIVE, self.n).known()
         if found is None or found[0].function is not self.function:
             return None
         return list(zip(found[0].traced.kinds, found[1], strict=True))

@@ -16,7 +16,7 @@ from fastdyn.trace.graph.reverse import pullback
 
 from ..callables import Uncompilable
 from ..mode import DERIVATIVE, VJP
-from ..traced.known import why
+from ..traced.known import Attempt
 from ..traced.make import Near, traced_function
 from .crossings import crossing_number
 from .sensitivities import slots_of
@@ -42,11 +42,10 @@ def bind_transposed(saltation, args, near, positions):
     """
     n, size = saltation.n, saltation.n_together()
     longer = Near(near.t0, near.tf, np.r_[near.y0, np.zeros(size - n)])
-    fun = saltation.together()
-    varying = tuple(sorted(positions))
-    found = traced_function(fun, args, DERIVATIVE, size, longer, varying)
+    attempt = Attempt(saltation.together(), args, DERIVATIVE, size, sorted(positions))
+    found = traced_function(attempt, longer)
     if found is None:
-        raise Uncompilable(why(fun, args, DERIVATIVE, size, varying) or NOT_TRACED)
+        raise Uncompilable(attempt.why() or NOT_TRACED)
     base, values, at = found
     groups = tuple([at[j - 1] for j in positions])
     kind = saltation.event is None, saltation.jump is None

@@ -8,7 +8,7 @@ from fastdyn.trace.graph.refusal import Untraceable
 
 from ..callables import Uncompilable
 from ..parameters import n_words
-from ..traced.known import why
+from ..traced.known import Attempt
 from ..traced.make import traced_function
 from .jacobian import jacobian
 
@@ -36,9 +36,10 @@ class VectorForm(NamedTuple):
 def vector_form(fun, args, varying, mode, n, near, width):
     """The VectorForm of a function; `args[j]` has one number for each lane if `varying[j]`."""
     places = tuple([j for j, v in enumerate(varying, 1) if v])
-    found = None if DISABLED else traced_function(fun, args, mode, n, near, places)
+    attempt = Attempt(fun, args, mode, n, places)
+    found = None if DISABLED else traced_function(attempt, near)
     if found is None:
-        raise Uncompilable(why(fun, args, mode, n, places) or "it cannot be traced")
+        raise Uncompilable(attempt.why() or "it cannot be traced")
     function, values, at = found
     spread = {at[j - 1] for j in places}
     parameters = [

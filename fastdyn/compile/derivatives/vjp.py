@@ -19,7 +19,7 @@ from ..callables import Uncompilable
 from ..functions import with_code
 from ..mode import DERIVATIVE, ENTRIES, VJP, Mode
 from ..python_callback import Held
-from ..traced.known import why
+from ..traced.known import Attempt
 from ..traced.make import LONG, traced_function
 from .jacobian import jacobian
 from .sensitivities import DECISIONS, slots_of
@@ -74,13 +74,12 @@ def bind_vjp(fun, args, near, positions, mode=DERIVATIVE, backward="stages"):
     Uncompilable
         If `fun` has no trace, or a derivative is missing.
     """
-    n, varying = len(near.y0), tuple(sorted(positions))
+    n = len(near.y0)
     rosenbrock = backward == "rosenbrock"
-    found = traced_function(fun, args, mode, n, near, varying)
+    attempt = Attempt(fun, args, mode, n, sorted(positions))
+    found = traced_function(attempt, near)
     if found is None:
-        raise Uncompilable(
-            why(fun, args, mode, n, varying) or (NOT_TRACED if n < LONG else TOO_LONG)
-        )
+        raise Uncompilable(attempt.why() or (NOT_TRACED if n < LONG else TOO_LONG))
     base, values, at = found
     groups = tuple([at[j - 1] for j in positions])
     try:
@@ -108,8 +107,8 @@ def bind_direction(fun, args, near, positions, turns, mode=DERIVATIVE):
     v = a p + b for the parameters p at `positions` in turn, and the rows a and b of `turns`, which
     are part of the code.  Otherwise as `bind_vjp`.
     """
-    n, varying = len(near.y0), tuple(sorted(positions))
-    found = traced_function(fun, args, mode, n, near, varying)
+    n = len(near.y0)
+    found = traced_function(Attempt(fun, args, mode, n, sorted(positions)), near)
     if found is None:
         raise Uncompilable(NOT_TRACED)
     base, values, at = found

@@ -2,7 +2,7 @@
 
 import functools
 from array import array
-from typing import Any
+from typing import Any, NamedTuple
 
 from fastdyn.code_store.call import address_of
 from fastdyn.kernels.calls.block import FIRST
@@ -75,85 +75,104 @@ class Facts:
 
 
 NOTHING = Facts()
-TABLE = memory.Table()  # by `place_of`
+TABLE = memory.Table()  # by the places of Attempts
 _left = memory.Table()  # reasons of functions left to Python, by code and mode
 N_LEFT = array("q", [0])  # how often a function was left to Python
 N_WRONG = array("q", [0])  # how often because its code gave other values; tests watch the number
 
 
-def place_of(fun, args, mode, n, varying=(), batches=False):
-    """The key of a function: its code objects, mode, lengths and way of tracing."""
-    return (*codes(fun, args), mode, n, len(args), tuple(varying), batches)
+class Left(NamedTuple):
+    """Why a function was left to Python; `wrong`: because its code gave other values."""
+
+    reason: str | None = None
+    wrong: bool = False
 
 
-def facts_of(fun, args, mode, n, varying=(), batches=False):
-    """The Facts of a function at the place of `place_of`."""
-    return TABLE.get(place_of(fun, args, mode, n, varying, batches)) or NOTHING
+NOT_LEFT = Left()
 
 
-def known_trace(fun, args, mode, n, varying=(), batches=False):
-    """The Known that holds for a function's current surroundings, and its values; else None.
+class Attempt:
+    """The attempt to make code of a function for a y of n numbers; what earlier attempts found.
 
-    `batches` asks for a trace in batches.
+    `varying` has the positions, from 1, of the arguments that vary between calls.
     """
-    known = facts_of(fun, args, mode, n, varying, batches).known
-    for i, one in enumerate(known):
-        given = one.read(fun, args)
-        if given is not None:
-            if i:
-                known.insert(0, known.pop(i))
-            return one, given
-    return None
 
+    def __init__(self, fun, args, mode, n, varying=()):
+        self.fun = fun
+        self.args = args
+        self.mode = mode
+        self.n = n
+        self.varying = tuple(varying)
 
-def late_trace(fun, args, mode, n):
-    """The Function without code of a trace that holds now, and its values; None if there is none.
+    @functools.cached_property
+    def codes(self):
+        """The identities of the code of the function and of those among its arguments."""
+        return codes(self.fun, self.args)
 
-    While the code is made, the function runs in Python.
-    """
-    for batches in (True, False):
-        late = facts_of(fun, args, mode, n, batches=batches).late
-        given = None if late is None else reader(late.traced.trace.reads)(fun, args)
-        if given is not None:
-            return late, given
-    return None
+    def place(self, batches=False):
+        """The key of the function in TABLE; `batches` asks for a trace in batches."""
+        return (*self.codes, self.mode, self.n, len(self.args), self.varying, batches)
 
+    def facts(self, batches=False):
+        """The Facts of the function."""
+        return TABLE.get(self.place(batches)) or NOTHING
 
-def why(fun, args, mode, n, varying=()):
-    """The reason and the line of a refusal, if the user should see the reason; else None."""
-    reason, wrong = left_of(fun, args, mode)
-    return reason if wrong else facts_of(fun, args, mode, n, varying).reason
+    def known(self, batches=False):
+        """The Known that holds for the current surroundings, and its values; else None."""
+        known = self.facts(batches).known
+        for i, one in enumerate(known):
+            given = one.read(self.fun, self.args)
+            if given is not None:
+                if i:
+                    known.insert(0, known.pop(i))
+                return one, given
+        return None
 
+    def late(self):
+        """The Function without code of a trace that holds now, and its values; None without one.
 
-def may_act(fun, args, mode, n):
-    """Whether a function that runs in Python may do more than give a value."""
-    facts = facts_of(fun, args, mode, n)
-    return facts.acts or not (facts.refusals or left_of(fun, args, mode)[0])
+        While the code is made, the function runs in Python.
+        """
+        for batches in (True, False):
+            late = self.facts(batches).late
+            given = None if late is None else reader(late.traced.trace.reads)(self.fun, self.args)
+            if given is not None:
+                return late, given
+        return None
 
+    @property
+    def left(self):
+        """The Left of the function: without a reason, the function may have code."""
+        found = _left.get((self.codes, self.mode)) if _left.entries else None
+        return found or NOT_LEFT
 
-def forget_refusals(fun, args, mode, error):
-    """Let a function be traced again that was refused for an exception which Python raised, too.
+    def leave(self, reason, wrong):
+        """Make the function run in Python from now on: its code failed or is `wrong`."""
+        N_LEFT[0] += 1
+        N_WRONG[0] += wrong
+        _left.put((self.codes, self.mode), Left(reason, wrong))
 
-    The next solve sees what the user has mended.  Messages are not compared: they name stand-ins.
-    """
-    own = (*codes(fun, args), mode)
-    said = f"{type(error).__name__}: "
-    for place, entry in list(TABLE.entries.items()):
-        facts = entry.value
-        if place[: len(own)] == own and (facts.whole or "").startswith(said):
-            facts.refusals = 0
-            facts.reason = None
-            facts.whole = None
+    def why(self):
+        """The reason and the line of a refusal, if the user should see the reason; else None."""
+        left = self.left
+        return left.reason if left.wrong else self.facts().reason
 
+    def may_act(self):
+        """Whether the function, which runs in Python, may do more than give a value."""
+        facts = self.facts()
+        return facts.acts or not (facts.refusals or self.left.reason)
 
-def leave(fun, args, mode, reason, wrong):
-    """Make a function run in Python from now on, because its code failed or is `wrong`."""
-    N_LEFT[0] += 1
-    N_WRONG[0] += wrong
-    _left.put((codes(fun, args), mode), (reason, wrong))
+    def forget_refusals(self, error):
+        """Let the function be traced again that was refused for an exception which Python raised.
 
-
-def left_of(fun, args, mode):
-    """The reason why a function was left to Python, and whether its code gave other values."""
-    found = _left.get((codes(fun, args), mode)) if _left.entries else None
-    return found or (None, False)
+        The next solve sees what the user has mended.  Messages are not compared: they name
+        stand-ins.
+        """
+        own = (*self.codes, self.mode)
+        said = f"{type(error).__name__}: "
+        for place, entry in list(TABLE.entries.items()):
+            facts = entry.value
+            if place[: len(own)] == own and (facts.whole or "").startswith(said):
+                facts.refusals = 0
+                facts.reason = None
+                facts.whole = None

@@ -23,7 +23,7 @@ from ..python_callback import Held
 from ..sentences import located
 from . import elimination
 from .code import Traced
-from .known import NOTHING, TABLE, Facts, Known, known_trace, leave, left_of, place_of
+from .known import NOTHING, TABLE, Facts, Known
 
 LONG = 64  # least number of components of a state that is one long array
 LIFTED = ("all", "none")  # numbers that become parameters, in the order of the trials
@@ -51,30 +51,30 @@ _asks_what_lives = threading.Event()  # set once a function asked which objects 
 NODES, COMPONENTS = 100, 1000  # numbers with the memory of a small function
 
 
-def traced_function(fun, args, mode, n, near, varying=(), makes=True):
+def traced_function(attempt, near, makes=True):
     """(Function, (type, value) of each parameter, indices of the arguments among them), or None.
 
-    The result is None if the function cannot be traced, or if its code gave wrong values.
-    `varying` has the positions, from 1, of the arguments that vary between trajectories.  Without
-    `makes`, only code that exists is returned.
+    The result is None if the function of an Attempt cannot be traced, or if its code gave wrong
+    values.  Without `makes`, only code that exists is returned.
     """
-    if left_of(fun, args, mode)[1]:
+    if attempt.left.wrong:
         return None
     to_make = near if makes else None
-    if near is not None and near.batches and n >= LONG and mode.long_arrays and not varying:
-        found = _traced_function(fun, args, mode, n, to_make, varying, True)
-        if found is not None or left_of(fun, args, mode)[1]:
+    is_long = attempt.n >= LONG and attempt.mode.long_arrays and not attempt.varying
+    if near is not None and near.batches and is_long:
+        found = _traced_function(attempt, to_make, True)
+        if found is not None or attempt.left.wrong:
             return found
-    return _traced_function(fun, args, mode, n, to_make, varying)
+    return _traced_function(attempt, to_make)
 
 
-def _traced_function(fun, args, mode, n, near, varying, batches=False):
-    found = known_trace(fun, args, mode, n, varying, batches)
+def _traced_function(attempt, near, batches=False):
+    found = attempt.known(batches)
     if found is not None:
         known, given = found
         return known.function, list(zip(known.traced.kinds, given, strict=True)), known.traced.at
-    place = place_of(fun, args, mode, n, varying, batches)
-    facts = TABLE.get(place) or NOTHING
+    place = attempt.place(batches)
+    facts = attempt.facts(batches)
     if near is None or facts.refusals >= MAX_REFUSALS:
         return None
     if facts is NOTHING:
@@ -83,9 +83,7 @@ def _traced_function(fun, args, mode, n, near, varying, batches=False):
     for lifted in LIFTED:
         try:
             with background.without_collecting():
-                traced, function, given, zeros = _traced(
-                    fun, args, mode, n, near, varying, lifted, batches, facts
-                )
+                traced, function, given, zeros = _traced(attempt, near, lifted, batches, facts)
         except NotYet:
             raise
         except Untraceable as reason:
@@ -98,16 +96,18 @@ def _traced_function(fun, args, mode, n, near, varying, batches=False):
             continue
         facts.late = None
         if traced.trace.reads.lasting:
-            facts.known.insert(0, Known(traced, function, (fun, args), zeros))
+            held = attempt.fun, attempt.args
+            facts.known.insert(0, Known(traced, function, held, zeros))
             del facts.known[MAX_KNOWN:]
             TABLE.put(place, facts, len(facts.known))
         return function, list(zip(traced.kinds, given, strict=True)), traced.at
-    facts.effect, facts.writes = facts.effect or error.effect, facts.writes or error.writes
+    facts.effect = facts.effect or error.effect
+    facts.writes = facts.writes or error.writes
     if not str(error).startswith(UNDEFINED):  # the name may be defined later
         facts.refusals = MAX_REFUSALS if error.final else facts.refusals + 1
     if error.typed:  # numbers are not traced one by one
-        TABLE.put(place_of(fun, args, mode, n, varying), facts)
-    facts.reason = _reason(error, fun, args, mode, n)
+        TABLE.put(attempt.place(), facts)
+    facts.reason = _reason(error, attempt)
     facts.of_state = facts.of_state or STATE in str(error)
     facts.whole = located(str(error), line_of_refusal(error.__context__ or error))
     if error.alive:
@@ -118,13 +118,15 @@ def _traced_function(fun, args, mode, n, near, varying, batches=False):
     return None
 
 
-def _reason(error, fun, args, mode, n):
+def _reason(error, attempt):
     refusal = error.__context__
     what = str(error)
     if not error.said or not (error.final or isinstance(refusal, Refusal)):
         return None
     if not isinstance(refusal, Refusal):
-        return located(what, line_of_write(fun, args, *mode.shapes(n)))
+        return located(
+            what, line_of_write(attempt.fun, attempt.args, *attempt.mode.shapes(attempt.n))
+        )
     drawn = r"it uses ((numpy\.)?random|random numbers|secrets)$"
     return located(re.sub(drawn, "it draws random numbers", what), line_of_refusal(refusal))
 
@@ -135,12 +137,17 @@ def made(function):
 
 
 @refused_as(Refusal.untraceable)
-def _traced(fun, args, mode, n, near, varying, lifted, batches, facts):
+def _traced(attempt, near, lifted, batches, facts):
+    fun = attempt.fun
+    args = attempt.args
+    mode = attempt.mode
+    n = attempt.n
     own, shape, zeros = mode.shapes(n)
-    found = trace(fun, args, own, shape, varying, lifted, zeros, mode.complex_numbers, batches)
+    of_what = own, shape, attempt.varying
+    found = trace(fun, args, *of_what, lifted, zeros, mode.complex_numbers, batches)
     traced = Traced(found, mode, n, batches)
     given = found.reads.close()
-    if any(traced.at[j - 1] is None for j in varying):
+    if any(traced.at[j - 1] is None for j in attempt.varying):
         raise Untraceable("an argument that varies is no parameter of its code")
     facts.late = Function("", 0, 0, None, None, mode, traced=traced)
     key = traced.key()
@@ -171,7 +178,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches, facts):
         if different:
             wrong = isinstance(different, Different)
             if wrong:
-                leave(fun, args, mode, str(different), wrong)
+                attempt.leave(str(different), wrong)
             raise Untraceable(str(different), final=wrong)
         now = np.flatnonzero(values == 0)
         unseen = _verified.put(place, now if unseen is None else np.intersect1d(now, unseen))

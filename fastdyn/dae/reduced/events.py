@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastdyn.compile.mode import EVENT
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.problem.events import Event
 from fastdyn.problem.schedules import Schedule
@@ -67,7 +68,7 @@ def _place(given, k):
 def _used(event, given):
     """The components of y that an event uses; all if that is not known."""
     near = Near(given.t0, given.tf, given.y0)
-    found = traced_function(event, given.args, EVENT, given.n, near)
+    found = traced_function(Attempt(event, given.args, EVENT, given.n), near)
     if found is None:
         return set(range(given.n))
     trace = found[0].traced.trace

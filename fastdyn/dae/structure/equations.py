@@ -11,7 +11,7 @@ import numpy as np
 
 from fastdyn.compile.derivatives.sensitivities import slots_of
 from fastdyn.compile.mode import RESIDUAL
-from fastdyn.compile.traced.known import facts_of
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.run.functions.compared import off_the_solution
 from fastdyn.trace.graph.derivatives import jacobian
@@ -89,9 +89,10 @@ def equations(given, varying=()):
     near = Near(given.t0, given.tf, off_the_solution(both))
     positions = [d.position for d in given.directions or () if d.position]
     positions += sorted({*varying} - {*positions})
-    found = traced_function(residual, given.args, RESIDUAL, 2 * n, near, tuple(sorted(positions)))
+    attempt = Attempt(residual, given.args, RESIDUAL, 2 * n, sorted(positions))
+    found = traced_function(attempt, near)
     if found is None:
-        reason = facts_of(residual, given.args, RESIDUAL, 2 * n).refusal
+        reason = attempt.facts().refusal
         raise ValueError(
             "index reduction needs a function that can be traced, and this one cannot"
             f"{': ' * bool(reason)}{reason or ''}. Equations of index 1 need no reduction."

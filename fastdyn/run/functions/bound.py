@@ -14,7 +14,7 @@ from fastdyn.compile.derivatives.sparse_jacobian import (
 )
 from fastdyn.compile.python_callback import evaluate, value_of
 from fastdyn.compile.sentences import GaveUp, WritesToState
-from fastdyn.compile.traced.known import facts_of
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
 from fastdyn.problem.events import between_steps
@@ -36,7 +36,7 @@ def leave_writers_to_scipy(problem, bound, others):
         if not (each.mode.acts_on_state or each.mode.one_number):
             continue
         if each.callback is not None:
-            if facts_of(fun, p.args, each.mode, n).of_state:
+            if Attempt(fun, p.args, each.mode, n).facts().of_state:
                 raise WritesToState
             each.callback.writes = False
 

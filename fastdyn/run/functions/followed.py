@@ -10,7 +10,7 @@ import numpy as np
 from fastdyn.compile.bind import bind, rebind
 from fastdyn.compile.functions import BASE
 from fastdyn.compile.python_callback import Callback
-from fastdyn.compile.traced.known import known_trace
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FAULT, FIRST, JACOBIAN
 from fastdyn.problem.events import between_steps
@@ -84,7 +84,7 @@ def changes_of_code(fun, args, mode, n, batches=False):
 
     Numbers of one type are parameters of the code, and need no other code.
     """
-    known = known_trace(fun, args, mode, n, batches=batches)
+    known = Attempt(fun, args, mode, n).known(batches)
     return known is None or known[0].traced.trace.reads.may_need_other_code()
 
 
@@ -141,7 +141,7 @@ class Followed:
                 f"`{getattr(own.held.fun, '__name__', 'fun')}` reads what another function of "
                 "the solve changes, and its sensitivities cannot follow."
             )
-        self._n_made += known_trace(self.fun, self._args, own.mode, n) is None
+        self._n_made += Attempt(self.fun, self._args, own.mode, n).known() is None
         refused = "it changes too often" if self._n_made > MOST_MADE else None
         new = bind(self.fun, self._args, own.mode, n, self._near, refused=refused)
         room = int(block[FAULT]) - FIRST

@@ -5,7 +5,7 @@ from typing import Any
 
 from fastdyn.compile.bind import leave_to_python
 from fastdyn.compile.sentences import GaveUp
-from fastdyn.compile.traced.known import may_act
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.specialise.series import NoSeries
 
 from .followed import followed, functions_of, may_take_other_code
@@ -85,7 +85,8 @@ class PythonBetween:
             p = self.problem
             n = len(self.problem.y0)
             functions = functions_of(p, self._own, self._others)
-            if any(b.function is None and may_act(f, p.args, b.mode, n) for b, f in functions):
+            in_python = [Attempt(f, p.args, b.mode, n) for b, f in functions if b.function is None]
+            if any(attempt.may_act() for attempt in in_python):
                 leave_to_python(reason.bound, reason)
                 raise RuntimeError(
                     f"{reason}, and the solve is not repeated in Python, because its functions "

@@ -6,7 +6,7 @@ import numpy as np
 
 from fastdyn.compile.bind import rebind
 from fastdyn.compile.callables import EMPTY, codes
-from fastdyn.compile.traced.known import known_trace, left_of
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import made
 
 NUMBERS, FLOAT, ARRAY = {float, int, np.float64}, np.dtype(float), np.ndarray
@@ -36,7 +36,7 @@ def _reader(problem, bound, fun, args):
         mode, n, varying = p.fun.mode, p.fun.n, p.fun.positions()
     elif not made(bound.function):  # Numba's code
         return lambda fun, args, block: rebind(bound, fun, args) or None
-    known = known_trace(fun, args, mode, n, varying, bound.function.in_batches)
+    known = Attempt(fun, args, mode, n, varying).known(bound.function.in_batches)
     if known is None:
         return lambda fun, args, block: None
     return known[0].read
@@ -100,10 +100,10 @@ def together(readers, switch=None) -> Any:
 def is_left(problem, bounds, functions, args):
     """Whether one of the functions was left to Python, where its compiled code is bound."""
     pairs = zip(bounds, functions, strict=True)
-    found = [(f, b.mode) for b, f in pairs if b.callback is None]
+    found = [Attempt(f, args, b.mode, b.n) for b, f in pairs if b.callback is None]
     if problem.mode.sensitivities:
-        found.append((functions[0], problem.fun.mode))
-    return any(left_of(f, args, mode)[0] for f, mode in found)
+        found.append(Attempt(functions[0], args, problem.fun.mode, problem.fun.n))
+    return any(attempt.left.reason for attempt in found)
 
 
 def taken_from(y0, state):

@@ -8,7 +8,7 @@ import numpy as np
 
 from fastdyn.compile.callables import T, parts_of
 from fastdyn.compile.derivatives.sensitivities import slots_of
-from fastdyn.compile.traced.known import facts_of, late_trace
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.trace.reads.reads import flat
 from fastdyn.trace.switching.divisions import MOST_TOLD
 
@@ -79,7 +79,7 @@ class Timed:
 def with_trace(bound, n):
     """A Bound of a function of n components, which has its trace, if only its code is not ready."""
     account = getattr(bound.callback, "account", None)
-    found = account and late_trace(bound.held.fun, bound.held.args, bound.mode, n)
+    found = account and Attempt(bound.held.fun, bound.held.args, bound.mode, n).late()
     if not found:
         return bound
     late: Any = found[0]
@@ -95,7 +95,8 @@ def untold(bound, n):
     """
     account = getattr(bound.callback, "account", None)
     held = bound.held
-    if account is None or account.untraced or facts_of(held.fun, held.args, bound.mode, n).refusals:
+    attempt = Attempt(held.fun, held.args, bound.mode, n)
+    if account is None or account.untraced or attempt.facts().refusals:
         return False
     account.untraced = True
     parts = parts_of(held.fun, held.args)

@@ -12,7 +12,7 @@ from fastdyn.compile.derivatives.sparse_jacobian import is_sparse
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.python_callback import matrix as as_matrix
 from fastdyn.compile.sentences import warn
-from fastdyn.compile.traced.known import may_act
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.kernels.calls.block import RAISED_WORD
 from fastdyn.specialise.scalar import evaluate_kernel
 
@@ -56,7 +56,7 @@ def _may_act(bound, n):
     if bound.mode.constant:
         return False
     held = bound.held
-    return bound.function is None and may_act(held.fun, held.args, bound.mode, n)
+    return bound.function is None and Attempt(held.fun, held.args, bound.mode, n).may_act()
 
 
 def check_sparsity(problem, bound, entries):

@@ -10,7 +10,7 @@ from fastdyn.compile.derivatives.sensitivities import decides, jump_of
 from fastdyn.compile.derivatives.vjp import bind_vjp
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.sentences import GaveUp, Uncompilable
-from fastdyn.compile.traced.known import known_trace
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near
 from fastdyn.problem.second_order_and_pairs import given_state
 from fastdyn.problem.sensitivities import directions_of
@@ -119,7 +119,7 @@ class Again:
         bound = self._product.bound
         self._block, self._schedule = bound.block.copy(), _schedule(bound)
         varying = tuple(sorted(positions))
-        self._known = known_trace(p.fun, p.args, DERIVATIVE, len(p.y0), varying)
+        self._known = Attempt(p.fun, p.args, DERIVATIVE, len(p.y0), varying).known()
         run = run_of(p._replace(differentiated=positions), Keeping)
         if self._known is None or decides(self._product.bound):
             raise Uncompilable("its solves are looked at")

@@ -10,7 +10,7 @@ from fastdyn.compile.derivatives.sensitivities import bind_variational
 from fastdyn.compile.functions import Bound
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.compile.sentences import Uncompilable
-from fastdyn.compile.traced.known import why
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near
 from fastdyn.problem.sensitivities import Variational
 
@@ -38,7 +38,7 @@ def compiled(fun, mode, near):
     n = len(near.y0)
     values = bind(fun, (), mode, n, near)
     if values.function is None or values.function.traced is None:
-        raise Uncompilable(why(fun, (), mode, n) or "it cannot be traced")
+        raise Uncompilable(Attempt(fun, (), mode, n).why() or "it cannot be traced")
     equations = Variational(fun, mode, n, (0,), n, n)
     derivatives = bind_variational(equations, (), near)
     notes = values.function.notes

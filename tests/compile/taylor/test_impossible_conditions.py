@@ -9,6 +9,7 @@ import scipy.integrate
 from fastdyn import solve_ivp
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.taylor.recurrences.impossible_conditions import possible
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near, traced_function
 
 START = [1.5, 0.7]
@@ -39,7 +40,9 @@ def motion(rate):
 
 
 def can_raise(rate):
-    found = traced_function(motion(rate), (), DERIVATIVE, 2, Near(0.0, 1.0, np.array(START)))
+    found = traced_function(
+        Attempt(motion(rate), (), DERIVATIVE, 2), Near(0.0, 1.0, np.array(START))
+    )
     assert found is not None
     trace = found[0].traced.trace
     return possible(trace.graph, trace.failing) is not trace.graph.false
