@@ -99,12 +99,13 @@ def event_table(problem, others, order=None) -> Any:
     table["unit"] = unit_of_times(problem, problem.t0, problem.tf)
     table[0]["middle"] = INTERPOLATED if method.n_matrices or method.series else SLOPES
     table[0]["at_once"] = method.events_at_once
-    table[0]["find"] = roots_inside_kernel().address
+    find = roots_inside_kernel
     if method.series:
         table["series"] = series_of_events(problem, others[: len(events)], order)
         if table["series"].any():
-            table[0]["find"] = all_roots_kernel().address
+            find = all_roots_kernel
             table[0]["middle"] = SERIES
+    table[0]["find"] = find().address
     return table
 
 

@@ -74,3 +74,15 @@ def test_an_event_acts_once_at_a_jump():
     assert found.status == 0
     expected = np.sort(np.concatenate([3.1 + turns, np.pi + turns]))
     np.testing.assert_allclose(found.t_events[0], expected, 0, 1e-8)
+
+
+def test_events_of_series_need_no_kernel_that_looks_inside_steps(monkeypatch):
+    """Four CPU seconds of a first solve on a new machine."""
+
+    def refused():
+        raise AssertionError
+
+    monkeypatch.setattr("fastdyn.run.begin.roots_inside_kernel", refused)
+    given = (lambda t, y: [y[1], -y[0]], (0, 4), [1.0, 0.0], "Taylor")
+    run = fastdyn.solve_ivp(*given, events=lambda t, y: y[0])
+    assert run.t_events[0].tolist() == pytest.approx([math.pi / 2], abs=1e-3)
