@@ -58,7 +58,7 @@ class Again(Repeated):
 
     def __init__(self, problem, code):
         super().__init__(problem, {"max_step": problem.h_max})
-        self.codes.append(code)
+        self.codes = [keyed_code(problem.fun), code]
 
     def rows(self, fun, y0, args, t):
         """The rows of a solve, and the states of the solver if they are asked for; or None."""

@@ -300,6 +300,20 @@ def between_steps(problem):
     return functions
 
 
+def with_functions(problem, functions):
+    """The problem with other functions, in the order of `between_steps`."""
+    p = problem
+    given = iter(functions)
+    events = p.events and [event.like(next(given)) for event in p.events]
+    events = events and [event.acting(lambda _: next(given)) for event in events]
+    schedules = [
+        each if each.jump is None else each._replace(jump=next(given)) for each in p.schedules
+    ]
+    others = [name for name in ("inside", "project", "jac") if getattr(p, name) is not None]
+    changed: Any = {name: next(given) for name in others}
+    return p._replace(events=events, schedules=tuple(schedules), **changed)
+
+
 def of_own(event, n):
     """An Event as one of a longer state, whose first n components are the event's state."""
     return event.form(of_first(event.function, n))
@@ -314,6 +328,12 @@ def of_first(given: Any, n):
     return watched
 
 
-def bare(events):
-    """Events without the user's functions, whose actions are only marked; None for None."""
-    return events and [e.changed(function=None, origin=None, act=e.act and True) for e in events]
+def without_functions(problem):
+    """A problem without the user's functions and arguments, which are only marked."""
+    p = problem
+    events = p.events and [
+        e.changed(function=None, origin=None, act=e.act and True) for e in p.events
+    ]
+    schedules = tuple([each._replace(jump=each.jump and True) for each in p.schedules])
+    project = None if p.project is None else True
+    return p._replace(fun=None, args=(), events=events, schedules=schedules, project=project)

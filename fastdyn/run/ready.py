@@ -72,6 +72,8 @@ class ReadyRun:
         The `t_span` that was taken last; the same tuple needs no second look.
     last : ndarray or None
         The memory of the last solve.
+    state_sizes : tuple of float or None
+        The `sizes`.
     left : float
         The solves until functions that run in Python are compiled again, if they can be; then the
         ReadyRun is given up.
@@ -79,9 +81,10 @@ class ReadyRun:
 
     __slots__ = (
         "_check", "_finish", "_image", "_launch", "_left", "_limited", "_make", "_n", "_n_left",
-        "_own", "_pack_times", "_quick", "_readers", "_result", "_seen", "_sides", "_sizes",
+        "_own", "_pack_times", "_quick", "_readers", "_result", "_seen", "_sides",
         "_span", "_step", "_switched", "_t_eval", "_times", "_until_look", "first", "go",
         "in_python", "last", "left", "problem", "room", "run", "sizes", "span",
+        "state_sizes",
     )  # fmt: skip
 
     def __init__(
@@ -90,7 +93,7 @@ class ReadyRun:
     ):  # fmt: skip
         self._make = make
         self.run, self.problem, self._finish = run, problem, finish
-        self._check, self._sizes = check, sizes
+        self._check, self.state_sizes = check, sizes
         self._readers = [
             (reader_of(run, bound, fun, args), bound.block)
             for bound, fun in zip(run.bounds, functions, strict=True)
@@ -159,7 +162,7 @@ class ReadyRun:
         state = self.room[: self._n]
         words = memoryview(self.room).cast("B")  # gives its address in a third of an array's time
         pack = struct.Struct(f"{self._n}d").pack_into
-        least, most = self._sizes or (0.0, 0.0)
+        least, most = self.state_sizes or (0.0, 0.0)
         read, block = together(self._readers, self.run.switching and self._switch)
         check, finish, left, sides = self._check, self._finish, self._left, self._sides
         at, own, size, make = self.run.launch_at, self._own, self.run.plan.size, self._result
@@ -220,7 +223,7 @@ class ReadyRun:
     def _builtin(self, kernel, read, block):
         """The builtin that starts a kernel; None if solves by the kernel need other checks."""
         run = self.run
-        if kernel is not run.plan.launch or self._own is None or self._sizes:
+        if kernel is not run.plan.launch or self._own is None or self.state_sizes:
             return None
         if self._left[0] < FEWEST_BY_BUILTIN:
             return None
@@ -306,7 +309,7 @@ class ReadyRun:
             return True
         t0, tf = t_span
         p, length = self.problem, abs(tf - t0)
-        elsewhere = len(p.segments) and (t0, tf) != (p.t0, p.tf)  # with other breakpoints
+        elsewhere = len(p.segments) and (t0, tf) != (p.t0, p.tf)  # with breakpoints or schedules
         if elsewhere or not (length > 0.0 and abs(t0) <= LATEST and abs(tf) <= LATEST):
             return False
         h, h_max = p.h, p.h_max

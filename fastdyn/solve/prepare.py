@@ -319,4 +319,6 @@ class _Solver(Solver):
         return [ReadyRun(run, problem, functions, *given)]
 
     def present(self, ready, fun, args, others):
-        return self.problem._replace(y0=ready.room.copy(), args=args, **ready.taken())
+        schedules = ready.problem.schedules  # of the span of the run
+        p = self.problem._replace(schedules=schedules, args=args)
+        return p._replace(y0=ready.room.copy(), **ready.taken())

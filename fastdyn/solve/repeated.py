@@ -3,6 +3,7 @@
 State, span, times of output, arguments, closure and outside values may change from call to call.
 """
 
+import functools
 import math
 import types as python
 from typing import Any
@@ -12,7 +13,14 @@ import numpy as np
 from fastdyn.compile.derivatives.sensitivities import decides
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.kernels.methods.taylor.accuracy import order_for
-from fastdyn.problem.events import Event, asked_of, bare, of_first
+from fastdyn.problem.events import (
+    Event,
+    asked_of,
+    between_steps,
+    of_first,
+    with_functions,
+    without_functions,
+)
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.sensitivities import Tolerances, directions_of, with_sensitivities
 from fastdyn.run import again, ready
@@ -23,6 +31,8 @@ from fastdyn.run.solve_problem import in_time, run_of
 from .sensitivities import at_events, divided, not_met, parted
 
 FUNCTION = python.FunctionType
+BY_CODE = {option.name: None for option in OPTIONS.values() if option.in_key == "code"}
+VALUES = (float, int, str, list, tuple, np.ndarray, np.generic, type(None))  # of the other options
 DERIVATIVES = "sensitivity", "adjoint"
 LARGEST, SMALLEST = 2.0**60, 2.0**-60  # sizes of a state
 
@@ -78,15 +88,12 @@ def note(asked, method, problem):
         return
     options = options_of(a)
     try:
-        rest = ()
-        if (
-            options
-            or a.t_eval is not None
-            or a.events is not None
-            or a.dense_output
-            or a.vectorized
-        ):
-            rest, _ = _rest(a.t_eval, a.dense_output, a.events, a.vectorized, options)
+        rest = others = ()
+        given = a.t_eval is not None or a.events is not None
+        if options or given or a.dense_output or a.vectorized:
+            rest, others = _rest(a.t_eval, a.dense_output, a.events, a.vectorized, options)
+        if [*map(id, _functions(problem))] != [*map(id, (a.fun, *others))]:
+            return  # the solve calls forms of the given functions
         kind = a.fun.__class__, id(keyed_code(a.fun)), len(a.y0), method, len(a.args), *rest
         found = again.kept(_hashable(kind), lambda: _repeated(a, problem), len(problem.y0))
     except (AttributeError, TypeError):
@@ -98,10 +105,13 @@ def _repeated(asked, problem):
     """The Repeated for calls like those of Arguments."""
     a = asked
     if a.sensitivity is not None:
-        return WithSensitivities(problem, a.options, a.sensitivity)
-    if a.adjoint is not None:
-        return WithAdjoint(problem, a.options, a.adjoint)
-    return Repeated(problem, a.options)
+        made = WithSensitivities(problem, a.options, a.sensitivity)
+    elif a.adjoint is not None:
+        made = WithAdjoint(problem, a.options, a.adjoint)
+    else:
+        made = Repeated(problem, a.options)
+    made.codes = [keyed_code(function) for function in _functions(problem)]
+    return made
 
 
 def _rest(t_eval, dense_output, events, vectorized, options):
@@ -112,6 +122,9 @@ def _rest(t_eval, dense_output, events, vectorized, options):
         options = dict(options)
         derivatives = [options.pop(name, None) for name in DERIVATIVES]
         options |= _given(*derivatives)
+    acting = ()
+    if options and not BY_CODE.keys().isdisjoint(options):
+        options, acting = _by_code(options)
     if events is not None:
         if events.__class__ is FUNCTION and not events.__dict__:
             watched = id(events.__code__)
@@ -122,7 +135,23 @@ def _rest(t_eval, dense_output, events, vectorized, options):
         None if t_eval is None else len(t_eval), dense_output, vectorized, watched, *options,
         *options.values(),
     )  # fmt: skip
-    return rest, functions
+    return rest, functions + acting
+
+
+def _by_code(options):
+    """The options, with the code in place of functions, and these in the order of a Problem's."""
+    options = dict(options)
+    functions = []
+    for name in [name for name in BY_CODE if name in options]:
+        given = options[name]
+        several = given.__class__ is list or given.__class__ is tuple
+        key: list[Any] = [several]
+        for function in given if several else (given,):
+            key.append(None if function is None else id(keyed_code(function)))
+            if function is not None:
+                functions.append(function)
+        options[name] = tuple(key)
+    return options, tuple(functions)
 
 
 def _watched(events):
@@ -145,7 +174,7 @@ def _watched(events):
             key.append((event.limit, event.direction, event.wait))
             event = event.function
         functions.append(event)
-    return tuple(key), functions
+    return tuple(key), tuple(functions)
 
 
 def _hashable(kind):
@@ -168,11 +197,15 @@ def may_come_again(problem, options):
         return False
     if not all(option.in_key and option.methods(p.method) for option in known):
         return False
-    if p.mode.second_order or p.mode.complex_numbers or p.schedules:
+    if not all(isinstance(options[o.name], VALUES) for o in known if o.in_key is True):
+        return False
+    if p.mode.second_order or p.mode.complex_numbers:
         return False  # the form q'' = a(t, q) is checked at each call
     if times is not None and not (times.dtype.kind in "fiu" and len(times)):
         return False
-    if len(p.segments) == 1 and np.size(options["breakpoints"]):  # none is within: a warning
+    if len(p.segments) == 1 and np.size(
+        options.get("breakpoints", ())
+    ):  # none is within: a warning
         return False
     if p.rtol.__class__ is not float:  # an rtol that is raised is an array
         return False
@@ -187,7 +220,7 @@ class Repeated(Solver):
     make: Any = None  # in place of `outcome.results`
 
     def __init__(self, problem, options):
-        super().__init__([keyed_code(f) for f in (problem.fun, *_functions(problem))])
+        super().__init__()
         self._options = options
 
     def ready(self, problem):
@@ -202,24 +235,17 @@ class Repeated(Solver):
             return []
         if not run.is_plain() or (problem.mode.sensitivities and decides(run.bounds[0])):
             return []
-        fun = problem.fun.fun if problem.mode.sensitivities else problem.fun
-        functions = fun, *_functions(problem)
-        if len(functions) < len(run.bounds):  # functions that act between steps
-            return []
+        functions = _functions(problem)
+        if problem.mode.sensitivities:
+            functions[0] = problem.fun.fun
         sizes = _sizes(problem) if problem.method.series else None
         given = functions, problem.args, self.finish, check, sizes, self._options
         return [ReadyRun(run, common, *given, self.make)]
 
     def present(self, ready, fun, args, others):
-        p = self._with_events(others) if others else self.problem
+        p = self.problem._replace(schedules=ready.problem.schedules)  # of the span of the run
         y0 = ready.room[: len(p.y0)].copy()
-        return p._replace(fun=fun, args=args, y0=y0, **ready.taken())
-
-    def _with_events(self, others):
-        """The problem with the event functions of one call."""
-        p = self.problem
-        events = [event.like(f) for f, event in zip(others, p.events, strict=True)]
-        return p._replace(events=events)
+        return with_functions(p, others)._replace(fun=fun, args=args, y0=y0, **ready.taken())
 
 
 class WithAdjoint(Repeated):
@@ -234,7 +260,8 @@ class WithAdjoint(Repeated):
 
     def ready(self, problem):
         p = self.problem = stripped(problem)
-        return [] if p.events else self._ready(problem, self._adjoint.run_of, p, self._suits)
+        acts = p.events or p.schedules
+        return [] if acts else self._ready(problem, self._adjoint.run_of, p, self._suits)
 
     def solve(self, fun, y0, args, others=(), t_span=None, t_eval=None):
         try:
@@ -280,7 +307,7 @@ class WithSensitivities(Repeated):
         if others and not any(map(len, whole["t_events"])):
             found = not_met(len(others), len(self.problem.y0), self._directions)
         elif others:
-            p = self._with_events(others)
+            p = with_functions(self.problem, others)
             t0, tf = (p.t0, p.tf) if t_span is None else map(float, t_span)
             p = p._replace(fun=fun, t0=t0, tf=tf, y0=np.array(y0, float), args=args)
             found = at_events(p, whole, self._directions)
@@ -291,7 +318,7 @@ class WithSensitivities(Repeated):
 
     def ready(self, problem):
         p = problem
-        if p.method.series or p.method.second_order:
+        if p.method.second_order or p.acts or p.schedules:
             return []
         found = directions_of(self._sensitivity, p.fun, p.y0, p.args)
         self._directions = [d._replace(value=np.zeros(d.value.shape)) for d in found]
@@ -299,7 +326,8 @@ class WithSensitivities(Repeated):
         check = None
         self._m = sum([d.size for d in found])
         if p.method.error_order:
-            check = self._take_sizes
+            order = order_for(longer.rtol, longer.atol, longer.y0) if p.method.series else None
+            check = functools.partial(self._take_sizes, order)
             self._tolerances = Tolerances(p, self._m)
         if not p.events and not p.dense_output:
             self.make = self._divided
@@ -314,8 +342,11 @@ class WithSensitivities(Repeated):
         longer = with_sensitivities(p, directions_of(self._sensitivity, fun, p.y0, args))
         return longer._replace(events=p.events)  # whose functions are those of the longer state
 
-    def _take_sizes(self, ready, y0, args, events):
-        """Take the tolerances of the sensitivities, which depend on values above 1."""
+    def _take_sizes(self, order, ready, y0, args, events):
+        """Take the tolerances of the sensitivities, which depend on values above 1.
+
+        False if a series of the present tolerances may have another `order`.
+        """
         sizes = []
         try:
             for d in self._directions:
@@ -329,7 +360,11 @@ class WithSensitivities(Repeated):
         if sizes != ready.sizes:
             if len(sizes) != self._m:
                 return False
-            ready.take_atol(self._tolerances.atol(np.array(sizes)))
+            atol = self._tolerances.atol(np.array(sizes))
+            ends = ready.state_sizes if order else ()  # a larger state has no lower order
+            if any(order_for(self._tolerances.rtol, atol, np.array([x])) != order for x in ends):
+                return False
+            ready.take_atol(atol)
             ready.sizes = sizes
         return True
 
@@ -337,19 +372,16 @@ class WithSensitivities(Repeated):
 def stripped(problem):
     """A problem without the values of one call, which must not be kept; `y0` keeps its size."""
     p = problem
-    fun = None
-    if p.mode.sensitivities:
-        fun = p.fun._replace(fun=None)
-    return p._replace(
-        fun=fun, args=(), y0=np.full(len(p.y0), np.abs(p.y0).max(initial=0.0)),
+    fun = p.fun._replace(fun=None) if p.mode.sensitivities else None
+    return without_functions(p)._replace(
+        fun=fun, y0=np.full(len(p.y0), np.abs(p.y0).max(initial=0.0)),
         t_eval=None if p.t_eval is None else p.t_eval.copy(),
-        events=bare(p.events),
     )  # fmt: skip
 
 
 def _functions(problem):
-    """The functions of the events of a problem."""
-    return [event.function for event in problem.events or ()]
+    """The functions of a problem, in the order of the bounds of its run."""
+    return [problem.fun, *[function for function, _ in between_steps(problem)]]
 
 
 def _sizes(problem):

@@ -21,13 +21,16 @@ SPAN, TIGHT = (0.0, 1.0), {"rtol": 1e-6, "atol": 1e-9}
 TIMES = np.linspace(*SPAN, 5)
 
 
+PAIRS = ("Tsit5", "DOP853", "RK45", "Rodas5P")
+
+
 class Case(NamedTuple):
     """A problem, and what calls after the first give in place of its own values."""
 
     fun: Any
     given: dict
     calls: list
-    methods: tuple = ("Tsit5", "DOP853", "RK45", "Rodas5P")
+    methods: tuple = PAIRS
 
 
 def driven(t, y, u, k):
@@ -36,6 +39,14 @@ def driven(t, y, u, k):
 
 def rises(t, y, u, k):
     return y[0]
+
+
+def falls_to(t, y, u, k):
+    return y[0] + 100.0
+
+
+def halved(t, y, u, k):
+    return [y[0], 0.5 * y[1]]
 
 
 def kicks(t, y, u, k):
@@ -111,13 +122,22 @@ CASES = {
     "dense": of_driven(dense_output=True),
     "events": of_driven(events=rises),
     "all outputs": of_driven(events=[rises, rises], t_eval=[0.5], dense_output=True),
-    "sensitivity": of_driven(sensitivity=("u", "y0")),
-    "sensitivity and events": of_driven(sensitivity="k", events=rises),
+    "sensitivity": of_driven(sensitivity=("u", "y0"))._replace(methods=(*PAIRS, "Taylor")),
+    "sensitivity and events": of_driven(sensitivity="k", events=[rises, falls_to])._replace(
+        methods=(*PAIRS, "Taylor")
+    ),
+    "sensitivity and dense": of_driven(sensitivity="u", dense_output=True, t_eval=TIMES),
     "adjoint": of_driven(adjoint=("y0", "u"), t_eval=TIMES),
     "adjoint of all steps": of_driven(adjoint="u"),
     "breakpoints": of_driven(breakpoints=[0.4, 1.4]),
     "every": of_driven(every=0.3, on_event=kicks),
     "events that act": of_driven(events=rises, on_event=kicks),
+    "actions of several": of_driven(
+        events=[rises, falls_to], every=[0.3, 0.5], on_event=[kicks, None, halved, kicks]
+    ),
+    "projection": of_driven(project=halved, events=rises, on_event=kicks)._replace(
+        methods=("RK45", "Vern7")
+    ),
     "an event that ends the run": of_driven(
         events=[ends, rises], every=0.3, on_event=[None, None, kicks]
     ),

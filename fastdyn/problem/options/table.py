@@ -113,8 +113,9 @@ class Option(NamedTuple):
         Other defaults, by the name of the public function; "systems" stands for `System.solve`.
     words : str
         Names in other packages.
-    in_key : bool
-        Whether the value is a number or a word that says all: then repeated calls are known by it.
+    in_key : bool or str
+        True if repeated calls are known by the value: numbers, words, lists or arrays of these.
+        "code" for functions that a solve calls as they are: calls are known by their code.
     """
 
     name: str
@@ -129,7 +130,7 @@ class Option(NamedTuple):
     matlab: str = ""
     of: Mapping[str, Any] = {}
     words: str = ""
-    in_key: bool = False
+    in_key: bool | str = False
 
 
 def _not(*who, **reasons):
@@ -247,6 +248,7 @@ ALL_OPTIONS = (
             sensitivity="solve for y' in `fun` where the matrix is regular",
             adjoint="solve for y' in `fun` where the matrix is regular",
         ),
+        in_key=True,
     ),
     Option(
         "step", "float",
@@ -267,6 +269,7 @@ ALL_OPTIONS = (
             "energy_drift", "complex", "SciPy", "again",
             solve_phases="`after` of a phase changes the state", solve_dae_ensemble=BEHIND,
         ),
+        in_key="code",
     ),
     Option(
         "at", "array_like of float, float, or sequences of these",
@@ -276,6 +279,7 @@ ALL_OPTIONS = (
             "energy_drift", "SciPy", "second pass",
             solve_phases="`after` of a phase changes the state", solve_dae_ensemble=ONE_BY_ONE,
         ),
+        in_key=True,
     ),
     Option(
         "every", "", "",
@@ -283,6 +287,7 @@ ALL_OPTIONS = (
             "SciPy", "second pass",
             solve_phases="`after` of a phase changes the state", solve_dae_ensemble=ONE_BY_ONE,
         ),
+        in_key=True,
     ),
     Option(
         "discrete", "array_like of float, shape (m,)",
@@ -307,6 +312,7 @@ ALL_OPTIONS = (
             "energy_drift", "solve_dae", "solve_dae_ensemble", "complex", "SciPy", "sensitivity",
             "adjoint",
         ),
+        in_key="code",
     ),
     Option(
         "domain", "",

@@ -13,9 +13,9 @@ from fastdyn.compile.derivatives.vjp import bind_direction
 from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.state.record import FINISHED
+from fastdyn.problem.events import without_functions
 from fastdyn.problem.sensitivities import Tolerances
 
-from .events import without_functions
 from .keeping import Keeping
 from .legs import legs_of
 

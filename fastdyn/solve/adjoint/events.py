@@ -9,7 +9,6 @@ from fastdyn.compile.derivatives.vjp import frozen
 from fastdyn.compile.function_convention import call, code_at
 from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.make import Near
-from fastdyn.problem.events import bare
 from fastdyn.problem.schedules import in_order
 from fastdyn.problem.sensitivities import Saltation
 
@@ -82,19 +81,6 @@ def frozen_of(bound, n, given=None):
     """A Bound with copies of its outside values, or of those that are `given`."""
     values = zip([kind for kind, _ in bound.values], given or bound.given, strict=True)
     return frozen(bound.function, None, values, bound.mode, n, bound.at)
-
-
-def without_functions(problem):
-    """A problem without the user's functions and arguments: Bounds stand for them."""
-    p = problem
-
-    def marks(each):
-        return each._replace(jump=each.jump and True)
-
-    return p._replace(
-        fun=None, args=(), events=bare(p.events),
-        schedules=tuple([marks(each) for each in p.schedules]),
-    )  # fmt: skip
 
 
 def back_over(product, occurrence, derivatives, by_time=0.0):

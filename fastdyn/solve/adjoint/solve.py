@@ -12,6 +12,7 @@ from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import Near
+from fastdyn.problem.events import without_functions
 from fastdyn.problem.second_order_and_pairs import given_state
 from fastdyn.problem.sensitivities import directions_of
 from fastdyn.run.functions.compared import AT_FIRST, WHEN, Schedule, apart
@@ -23,7 +24,7 @@ from fastdyn.run.solve_problem import followed, run_of
 from ..sensitivities import JUMPS, not_differentiable
 from .along import along_of
 from .backward import backward_of
-from .events import NO_EVENTS, frozen_of, of_events, without_functions
+from .events import NO_EVENTS, frozen_of, of_events
 from .keeping import ROOM, Keeping
 from .legs import (
     end_with_step,
