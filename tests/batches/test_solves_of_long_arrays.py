@@ -38,9 +38,9 @@ def all_in_batches(monkeypatch):
     """Each trace must be one in batches."""
     whole = by_tracing._traced
 
-    def only(*given):
-        assert given[-1], "a trace number by number"
-        return whole(*given)
+    def only(attempt, near, lifted, batches, facts):
+        assert batches, "a trace number by number"
+        return whole(attempt, near, lifted, batches, facts)
 
     monkeypatch.setattr(by_tracing, "_traced", only)
 

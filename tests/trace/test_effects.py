@@ -15,6 +15,7 @@ import scipy.integrate
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced import make as by_tracing
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.trace.graph.refusal import Untraceable
 from support.beside_scipy import START, agrees
 
@@ -205,7 +206,8 @@ def test_no_file_is_written_while_a_function_is_traced(write, n, tmp_path):
     near = by_tracing.Near(0.0, 1.0, np.ones(n), n == 100)
     with pytest.raises(Untraceable):
         facts = by_tracing.Facts()
-        by_tracing._traced(fun, (), DERIVATIVE, n, near, (), "all", n == 100, facts)
+        attempt = Attempt(fun, (), DERIVATIVE, n)
+        by_tracing._traced(attempt, near, "all", n == 100, facts)
     assert not list(tmp_path.iterdir())
 
 
