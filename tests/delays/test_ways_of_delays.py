@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_dde, solve_dde_ensemble
+from fastdyn.compile import memory
+from fastdyn.compile.traced import code, known, past
 from fastdyn.delays import prepare_dde
 from fastdyn.delays.equation import Equation, Given
 from fastdyn.run import loop
@@ -266,3 +268,24 @@ def test_a_trajectory_of_an_ensemble_is_that_of_a_first_solve():
         np.testing.assert_array_equal(found.y_end[i], wanted.y[:, -1])
         np.testing.assert_array_equal(found.t_end[i], wanted.t[-1])
         assert found.delays[i].tolist() == [tau]
+
+
+def ahead(t, y, past, gain, tau):
+    """Two reads of few components, one of which goes back and forth over many steps."""
+    far = past(t - 1.0 - 0.9 * tau * np.sin(40.0 * t))[0]
+    return [-gain * past(t - tau)[0] - 0.1 * far, y[0] - y[1]]
+
+
+def test_reads_within_a_function_have_the_bits_of_the_kernel(monkeypatch):
+    found = {}
+    key = code.Traced.key
+    for most in (3, -1):  # components that are read within the function; none
+        monkeypatch.setattr(past, "FEW_COMPONENTS", most)
+        monkeypatch.setattr(known, "TABLE", memory.Table())
+        monkeypatch.setattr(code.Traced, "key", lambda self, most=most: f"{key(self)} {most}")
+        given = Given(ahead, SPAN, [1.0, 0.2], "Tsit5", None, False, None, (1.1, 0.4), None, None,
+                      {**TIGHT, "compile": "shared"})  # fmt: skip
+        equation = Equation(given)
+        found[most] = equation.solve()
+        assert (past.NEAR in equation.run.bounds[0].function.traced.text("f")) == (most > 0)
+    assert_same(found[3], found[-1])

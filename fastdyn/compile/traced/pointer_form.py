@@ -20,10 +20,11 @@ from fastdyn.trace.graph.refusal import Refusal
 from fastdyn.trace.graph.rows import ID
 
 from .. import function_convention
-from . import equations
+from . import equations, past
 from .inputs import Source, array_of
 
 equations.calls_kernels()
+past.calls_kernel()
 MAX_STRAIGHT, MAX_TUPLE = 8, 16  # components without loops, and with loops by their cost only
 
 
