@@ -103,7 +103,8 @@ class Trajectories:
     def following(self):
         """The fields that follow from counts and ends, arrays of shape (M,) by their names."""
         results = self._results
-        ended = Ended(*[results.counts[name] for name in OF_STEPS], results.h_end)
+        counts = {name: results.counts[name] for name in OF_STEPS}
+        ended = Ended(**counts, h=results.h_end)
         found = following(self._problem.method, ended)
         return {name: numbers for name, numbers in found.items() if numbers is not None}
 
@@ -274,10 +275,11 @@ class Trajectories:
             t = self.t[:n]
             y = self.y[i, :, :n]
         of_matrices = None if self._problem.method.n_matrices else 0
-        numbers = [int(self._results.counts[name][i]) for name in OF_STEPS]
+        counts = {name: int(self._results.counts[name][i]) for name in OF_STEPS}
         h = float(self._results.h_end[i])
+        ended = Ended(**counts, h=h, n_jacobians=of_matrices, n_factorised=of_matrices)
         return made(
-            self._problem.method, Ended(*numbers, h, of_matrices, of_matrices), t=t, y=y,
+            self._problem.method, ended, t=t, y=y,
             t_events=self.t_events and [times[i] for times in self.t_events],
             y_events=self.y_events and [states[i] for states in self.y_events],
             status=int(self.status[i]), message=self.message(i),

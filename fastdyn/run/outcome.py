@@ -305,7 +305,7 @@ def _more(problem, plan, own):
     watched = p.events is not None
     cut = p.nonnegative is not None
 
-    def more(found, copied, memory=own, numbers=own_words, grown=None):
+    def more(found, copied, memory: Any = own, numbers=own_words, grown=None):
         n_dense, n_events = counts(numbers)
         if dense:
             if grown is not None:
