@@ -10,10 +10,10 @@ import numpy as np
 from fastdyn.explore.exploration import GROUND
 from fastdyn.explore.pictures import flat
 from fastdyn.explore.sliders import END
+from fastdyn.problem.second_order_and_pairs import is_second_order
 from fastdyn.systems.base.export import of_arguments, of_instance
 from fastdyn.trace.emit.source.files import javascript
 from fastdyn.trace.emit.source.functions import Exported, NotExported
-from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.switching.switches import switches
 from fastdyn.words.letters import letters
 
@@ -96,7 +96,7 @@ class Functions:
         rhs = parts.of(system.rhs, (len(system.states),), "rhs")
         if _switches(rhs, END[1] * make.t_end):
             raise NotExported(NO_TIMES.format(f"the equations of {make.name} switch with the time"))
-        self.second_order &= _is_second_order(rhs, len(system.states))
+        self.second_order &= is_second_order(rhs.trace, len(system.states))
         parts.add("rhs", rhs)
         self._start(system, parts)
         if hasattr(make, "project"):
@@ -285,16 +285,6 @@ def _switches(rhs, t_end):
     draws = np.random.default_rng(0)
     tried = [first, *(first * draws.uniform(0.1, 3.0, len(first)) for _ in range(DRAWS))]
     return any(len(found.times(values, 0.0, t_end).t) for values in tried)
-
-
-def _is_second_order(rhs, n):
-    """Whether the equations are q' = v, v' = a(t, q)."""
-    m = n // 2
-    rates = [(one.op, one.data) for one in rhs.outputs[:m]]
-    if n % 2 or rates != [("y", m + i) for i in range(m)]:
-        return False
-    used = live([*rhs.outputs[m:], rhs.trace.raising])
-    return not any(one.op == "y" and one.data >= m for one in used)
 
 
 def _coordinates(scene):

@@ -19,6 +19,10 @@ from fastdyn.kernels.calls import block as words
 from fastdyn.kernels.calls.block import FAULT, WORDS_OF_PAIR
 from fastdyn.kernels.methods import METHODS
 from fastdyn.specialise.scalar import both_of_pair
+from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.graph.refusal import Untraceable
+from fastdyn.trace.paths.runs import trace
+from fastdyn.trace.reads.program import reader
 
 from .lsoda import NO_BAND
 from .sensitivities import Variational
@@ -77,6 +81,29 @@ def check_second_order(fun, t0, y0, args, name):
             f"{name} takes q'' = a(t, q), and the acceleration that `fun` returns depends "
             "on the velocity; take Gauss16, RK45 or DOP853."
         )
+
+
+def is_second_order(found, n):
+    """Whether the Trace of a function of n components has q' = v, v' = a(t, q) for all values."""
+    m = n // 2
+    rates = [(one.op, one.data) for one in found.outputs[:m]]
+    if n % 2 or rates != [("y", m + i) for i in range(m)]:
+        return False
+    used = live([*found.outputs[m:], found.raising])
+    return not any(one.op == "y" and one.data >= m for one in used)
+
+
+def form_reader(fun, args, n):
+    """``read(fun, args)``, None if a function may not be q' = v, v' = a(t, q), like the given one.
+
+    None if the graph of the function of n components does not show the form.
+    """
+    try:
+        found = trace(fun, args, n, (n,))
+    except Untraceable:
+        return None
+    found.reads.close()
+    return reader(found.reads) if found.reads.lasting and is_second_order(found, n) else None
 
 
 def mode_for(asked, method):

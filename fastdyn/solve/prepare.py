@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fastdyn.compile.sentences import name_of
+from fastdyn.compile.sentences import Uncompilable, name_of
 from fastdyn.plot.displayed import table
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked, compiled_method, refuse
@@ -16,7 +16,11 @@ from fastdyn.problem.members import Members
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.names import ARGUMENTS, refuse_unknown
 from fastdyn.problem.options.table import OPTIONS
-from fastdyn.problem.second_order_and_pairs import mode_for, probe_equations
+from fastdyn.problem.second_order_and_pairs import (
+    check_second_order,
+    mode_for,
+    probe_equations,
+)
 from fastdyn.problem.sensitivities import check_adjoint, check_method
 from fastdyn.run.again import Solver
 from fastdyn.run.loop import announce
@@ -254,6 +258,8 @@ class Prepared:
         result = self._solver.solve(self._fun, y0, args, self._others)
         if result is None:
             problem = p._replace(y0=y0, args=args)
+            if p.mode.second_order:
+                check_second_order(p.fun, p.t0, y0, args, p.method.name)
             result = self._solve_anew(problem)
             if self._counts:
                 self._solver.count(problem)
@@ -316,7 +322,10 @@ class _Solver(Solver):
             return []
         functions = problem.fun, *[function for function, _ in between_steps(problem)]
         given = problem.args, self.finish, None, None, self._options
-        return [ReadyRun(run, problem, functions, *given)]
+        try:
+            return [ReadyRun(run, problem, functions, *given)]
+        except Uncompilable:
+            return []
 
     def present(self, ready, fun, args, others):
         schedules = ready.problem.schedules  # of the span of the run

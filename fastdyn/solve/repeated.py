@@ -199,8 +199,8 @@ def may_come_again(problem, options):
         return False
     if not all(isinstance(options[o.name], VALUES) for o in known if o.in_key is True):
         return False
-    if p.mode.second_order or p.mode.complex_numbers:
-        return False  # the form q'' = a(t, q) is checked at each call
+    if p.mode.complex_numbers:
+        return False
     if times is not None and not (times.dtype.kind in "fiu" and len(times)):
         return False
     if len(p.segments) == 1 and np.size(
@@ -231,16 +231,16 @@ class Repeated(Solver):
         """A ReadyRun for a problem; `common` is the problem without the values of one call."""
         try:
             run = run_of(problem)
+            if not run.is_plain() or (problem.mode.sensitivities and decides(run.bounds[0])):
+                return []
+            functions = _functions(problem)
+            if problem.mode.sensitivities:
+                functions[0] = problem.fun.fun
+            sizes = _sizes(problem) if problem.method.series else None
+            given = functions, problem.args, self.finish, check, sizes, self._options
+            return [ReadyRun(run, common, *given, self.make)]
         except (GaveUp, Uncompilable):
             return []
-        if not run.is_plain() or (problem.mode.sensitivities and decides(run.bounds[0])):
-            return []
-        functions = _functions(problem)
-        if problem.mode.sensitivities:
-            functions[0] = problem.fun.fun
-        sizes = _sizes(problem) if problem.method.series else None
-        given = functions, problem.args, self.finish, check, sizes, self._options
-        return [ReadyRun(run, common, *given, self.make)]
 
     def present(self, ready, fun, args, others):
         p = self.problem._replace(schedules=ready.problem.schedules)  # of the span of the run

@@ -22,6 +22,7 @@ TIMES = np.linspace(*SPAN, 5)
 
 
 PAIRS = ("Tsit5", "DOP853", "RK45", "Rodas5P")
+OF_FORM = ("VelocityVerlet", "BlanesMoanPRK4", "GaussNystrom8")  # for q'' = a(t, q)
 
 
 class Case(NamedTuple):
@@ -143,6 +144,13 @@ CASES = {
     ),
     "longest step": of_driven(max_step=0.07),
     "constant steps": Case(driven, DRIVEN | {"step": 0.1}, CALLS, ("RK4",)),
+    "second order": Case(driven, DRIVEN | {"step": 0.1, "dense_output": True}, CALLS, OF_FORM),
+    "second order and events": Case(
+        driven, DRIVEN | {"step": 0.07, "events": rises, "on_event": kicks}, CALLS, OF_FORM
+    ),
+    "second order and times": Case(
+        driven, DRIVEN | {"step": 0.07, "t_eval": TIMES}, CALLS, OF_FORM
+    ),
     "mass": Case(decaying, MASS, STARTS, WITH_MASS),
     "mass and actions": Case(
         decaying, MASS | {"events": falls, "on_event": lifted}, STARTS[:3], WITH_MASS
@@ -307,6 +315,7 @@ WAYS = {
 STEPPED = {
     "steps", "dense", "events", "breakpoints", "every", "events that act",
     "an event that ends the run", "longest step", "constant steps", "mass", "mass and actions",
+    "second order",
 }  # fmt: skip
 OTHER_WAYS = {  # the way, the cases that it takes, and what it has of the first result
     # a hair before a breakpoint, a Stepper has the state, and solve_ivp that at the breakpoint

@@ -6,15 +6,25 @@ import numpy as np
 
 from fastdyn.compile.bind import rebind
 from fastdyn.compile.callables import EMPTY, codes
+from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.known import Attempt
 from fastdyn.compile.traced.make import made
+from fastdyn.problem.second_order_and_pairs import form_reader
 
 NUMBERS, FLOAT, ARRAY = {float, int, np.float64}, np.dtype(float), np.ndarray
 
 
 def reader_of(run, bound, fun, args):
-    """``read(fun, args, block)`` of a Bound, whose result is None if the values do not suit."""
+    """``read(fun, args, block)`` of a Bound, whose result is None if the values do not suit.
+
+    Raises
+    ------
+    Uncompilable
+        The equations have to be looked at in each solve.
+    """
     read = _reader(run.problem, bound, fun, args)
+    if bound.mode.second_order:
+        read = _of_the_form(read, fun, args, 2 * bound.n)
     suits = run.suits
     if suits is None or bound is not run.bounds[0]:
         return read
@@ -40,6 +50,18 @@ def _reader(problem, bound, fun, args):
     if known is None:
         return lambda fun, args, block: None
     return known[0].read
+
+
+def _of_the_form(read, fun, args, n):
+    """The reader of equations that need the form q'' = a(t, q), whichever values they have."""
+    has_form = form_reader(fun, args, n)
+    if has_form is None:
+        raise Uncompilable("its form is looked at in each solve")
+
+    def read_both(fun, args, block):
+        return None if has_form(fun, args) is None else read(fun, args, block)
+
+    return read_both
 
 
 def reader_in_python(bound, fun, args):
