@@ -129,11 +129,13 @@ def passages_of(events):
         function(each, "events")
     found = event_list(listed)
     for event in found:
-        if event.limit > 1 or event.wait:
+        others = {"terminal": event.limit} if event.limit > 1 else {}
+        others |= event.beyond("limit", "direction")
+        if others:
+            asked = " and ".join([f"`{name}={value:g}`" for name, value in others.items()])
             raise ValueError(
-                f"the event `{event.name}` asks for `terminal={event.limit}` and "
-                f"`wait={event.wait:g}`: a first passage has `direction`, and `terminal` True or "
-                "False."
+                f"the event `{event.name}` asks for {asked}: a first passage has `direction`, and "
+                "`terminal` True or False."
             )
     return found
 

@@ -96,6 +96,11 @@ class Event:
         """The values of the rules, by their names, and the time of the last occurrence."""
         return {name: getattr(self, name) for name in (*RULES, "last")}
 
+    def beyond(self, *known):
+        """The rules that change which zeros count, without `known`: their values by their names."""
+        others = {name: getattr(self, name) for name in RULES if name not in known}
+        return {name: value for name, value in others.items() if value != getattr(PLAIN, name)}
+
     @property
     def has_occurred(self):
         """True if the event has occurred before the run."""
@@ -212,6 +217,7 @@ def _wait(event):
 
 # By fields of Event, which are fields of a row of compiled code, too.
 RULES: dict[str, Callable] = {"limit": _limit, "direction": _direction, "wait": _wait}
+PLAIN = Event(None)
 
 
 def _name(event):

@@ -171,7 +171,7 @@ def _watched(events):
         if isinstance(event, Event):
             if event.has_occurred:
                 raise TypeError
-            key.append((event.limit, event.direction, event.wait))
+            key += event.beyond().items()
             event = event.function
         functions.append(event)
     return tuple(key), tuple(functions)

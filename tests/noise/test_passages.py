@@ -152,7 +152,8 @@ def test_the_place_of_a_passage_has_the_exact_law(scale):
 @pytest.mark.parametrize(
     ("attributes", "words"),
     [
-        ({"terminal": 3}, "`terminal=3`"), ({"wait": 0.1}, "`wait=0.1`"),
+        ({"terminal": 3}, "asks for `terminal=3`: a"), ({"wait": 0.1}, "asks for `wait=0.1`: a"),
+        ({"terminal": 3, "wait": 0.1}, "`terminal=3` and `wait=0.1`"),
         ({"direction": "up"}, "could not convert string to float"),
     ],
 )  # fmt: skip

@@ -9,6 +9,7 @@ from scipy.integrate import RK45
 
 import fastdyn
 from fastdyn import Phase, Stepper, prepare, solve_dae, solve_ensemble, solve_ivp, solve_phases
+from fastdyn.problem.events import OTHER_ATTRIBUTES, RULES, Event
 
 END, WAIT = 40.0, 4.0  # a crossing every pi: each second one counts
 ALL = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA", "Tsit5", "Vern7", "Vern9", "Rodas5P",
@@ -301,16 +302,29 @@ def test_a_wait_that_is_no_time_is_refused(wait):
         solved(event=event)
 
 
-def test_a_name_of_other_packages_is_told():
+@pytest.mark.parametrize(("word", "ours"), OTHER_ATTRIBUTES.items())
+def test_a_name_of_other_packages_is_told(word, ours):
     event = crossing()
-    event.debounce = 1.0
-    with pytest.warns(UserWarning, match="did you mean `wait`"):
+    setattr(event, word, 1.0)
+    with pytest.warns(UserWarning, match=f"`{word}` of the .* has no .* did you mean `{ours}`"):
         solved(event=event)
 
 
-def test_an_event_is_one_record():
-    from fastdyn.problem.events import Event
+def test_calls_again_with_an_event_of_other_rules_follow_it():
+    event = Event.of(crossing())
+    others = {"limit": 2, "direction": -1.0, "wait": WAIT}
+    assert others.keys() == RULES.keys()
+    for name, value in others.items():
+        changed = event.changed(**{name: value})
+        plain, *again = [
+            solved(event=each).t_events[0] for each in (event, changed, event, changed)
+        ]
+        assert len(again[0]) < len(plain)
+        assert np.array_equal(again[1], plain) and np.array_equal(again[2], again[0])
+        assert changed.beyond() == {name: value} and changed.beyond(name) == {}
 
+
+def test_an_event_is_one_record():
     given = crossing(WAIT, -1, 3)
     event = Event.of(given)
     assert Event.of(event) is event
