@@ -24,9 +24,9 @@ def near_names(word, known, others=None, alike=ALIKE):
     word = plain(word)
     if word in names:
         return [names[word]]
-    other = (others or {}).get(word)
-    if other is not None and other in known:
-        return [other]
+    meant = {plain(each): own for each, own in (others or {}).items()}
+    if meant.get(word) in known:
+        return [meant[word]]
     if len(word) >= SHORTEST:
         begun = [each for key, each in names.items() if key.startswith(word)]
         if begun:
