@@ -10,6 +10,7 @@ import numpy as np
 from fastdyn.explore.exploration import GROUND
 from fastdyn.explore.pictures import flat
 from fastdyn.explore.sliders import END
+from fastdyn.problem.events import Event
 from fastdyn.problem.second_order_and_pairs import is_second_order
 from fastdyn.systems.base.export import of_arguments, of_instance
 from fastdyn.trace.emit.source.files import javascript
@@ -178,16 +179,17 @@ class Functions:
                 about = {"name": name, "unit": function.unit, "group": group}
                 self.values.append(about | {"label": _label(function.label)})
         parts.members.append(f"values: [{', '.join(known)}]")
-        events = [parts.source(n, parts.of(e, None, n)) for n, e in make.events.items()]
+        watched = {name: Event.of(one) for name, one in make.events.items()}
+        watched = {name: one for name, one in watched.items() if self._follows(name, one)}
+        events = [parts.source(n, parts.of(e.function, None, n)) for n, e in watched.items()]
         parts.members.append(f"events: [{', '.join(events)}]")
         if first:
             self.events = [
                 {
-                    "name": name, "direction": float(getattr(one, "direction", 0)),
-                    "terminal": bool(getattr(one, "terminal", False)),
-                    "ends": self._ends(name, one),
+                    "name": name, "direction": one.direction, "terminal": one.limit > 0,
+                    "ends": self._ends(name, one.limit),
                 }
-                for name, one in make.events.items()
+                for name, one in watched.items()
             ]  # fmt: skip
         answers = []
         for name, unit in make.derived.items():
@@ -202,16 +204,25 @@ class Functions:
                 self.derived.append(about)
         parts.members.append(f"derived: [{', '.join(answers)}]")
 
-    def _ends(self, name, one):
+    def _follows(self, name, one):
+        """Whether the page has all rules of an Event; a sentence says which it has not."""
+        others = one.beyond("limit", "direction")
+        if others:
+            self._leave_out(
+                f"The event {name} is not sought here, where no event has `{'`, `'.join(others)}`: "
+                "solve in Python."
+            )
+        return not others
+
+    def _ends(self, name, limit):
         """Whether an event ends the runs of the page: the ground, and what a user's events end."""
-        terminal = getattr(one, "terminal", False)
-        if terminal > 1:
+        if limit > 1:
             self._leave_out(
                 f"The event {name} ends no run here, where its occurrences are not counted; in "
-                f"Python, its occurrence {terminal} does."
+                f"Python, its occurrence {limit} does."
             )
             return False
-        return bool(terminal) and (name == GROUND or getattr(self.system, "of_function", False))
+        return limit > 0 and (name == GROUND or getattr(self.system, "of_function", False))
 
     def _picture(self, system, parts, first):
         """The function that gives the coordinates of a picture, and what its parts are."""

@@ -5,6 +5,7 @@ import inspect
 import keyword
 from typing import Any
 
+from fastdyn.problem.events import ATTRIBUTES, asked_of
 from fastdyn.systems.base import State, System, initial, parameter
 from fastdyn.systems.base.declare import event
 
@@ -56,8 +57,10 @@ def _event(function):
     def of(t, w, *args):
         return function(t, w, *args)
 
-    found = event(direction=getattr(function, "direction", 0))(of)
-    found.terminal = getattr(function, "terminal", False)
+    found = event()(of)
+    for rule, value in zip(ATTRIBUTES, asked_of(function), strict=True):
+        if value is not None:
+            setattr(found, rule, value)
     return found
 
 

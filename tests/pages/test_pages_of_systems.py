@@ -215,6 +215,26 @@ def test_a_page_loses_no_pulse():
         of_page.page(building)
 
 
+def test_an_event_with_a_rule_that_no_page_has_is_told():
+    def falling(t, y, g):
+        return [y[1], -g]
+
+    def low(t, y, g):
+        return y[0]
+
+    def bounced(t, y, g):
+        return y[0]
+
+    low.direction = -1
+    bounced.wait = 0.5
+    events = {"bounced": bounced, "low": low}
+    functions = Functions(plain.system_of(falling, "fall", [0.0, 3.0], (9.81,), events))
+    assert [(one["name"], one["direction"]) for one in functions.events] == [("low", -1.0)]
+    assert len(functions.left_out) == 1 and "bounced is not sought here" in functions.left_out[0]
+    assert "event has `wait`" in functions.left_out[0]
+    assert "events: [function" in functions.texts[0].text
+
+
 def test_friction_is_refused(tmp_path):
     pytest.importorskip("sympy", reason="the extra `derive` is not installed")
     from fastdyn.derive import Model, i, j
