@@ -266,8 +266,10 @@ def looks_at(problem, known):
     p = problem
     looks = SHORT if known.varying or shorter_than_steps(known.constant, p) else 0
     unseen = known.varying or known.derivatives or known.decides  # jumps may be
-    if p.method.name != COUPLED:  # of which residuals are not small where errors are
-        looks |= RESIDUALS if unseen else GROWN
+    if unseen:
+        looks |= RESIDUALS
+    if p.method.name != COUPLED:
+        looks |= 0 if unseen else GROWN
     elif known.constant or known.varying:
         looks |= STAGES
     return looks

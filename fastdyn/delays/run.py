@@ -20,7 +20,7 @@ from fastdyn.run.loop import Run
 from fastdyn.run.memory import plan
 from fastdyn.run.resume import checkpoint_of
 from fastdyn.specialise import rare
-from fastdyn.specialise.scalar import dense_rows_kernel, residual_filter_kernel, within_past_kernel
+from fastdyn.specialise.scalar import dense_rows_kernel, residual_filters, within_past_kernel
 
 from .past import history_of
 from .points import Carried
@@ -152,8 +152,8 @@ class DelayRun(Run):
         whole[words.PAST_TRIAL] = address_of(self._own_past)
         whole[words.PAST_LOOKS] = looks
         whole[words.PAST_DENSE_ROWS] = dense_rows_kernel(p.method.name).address
-        by_matrix = p.method.backward == "rosenbrock"
-        whole[words.PAST_FILTER] = residual_filter_kernel().address if by_matrix else 0
+        by_matrix = residual_filters.get(p.method.name)
+        whole[words.PAST_FILTER] = by_matrix().address if by_matrix else 0
         whole[words.PAST_FSAL] = p.method.fsal_stage
         whole[words.PAST_N_ROWS] = rows
         whole[words.PAST_HINT :] = 0

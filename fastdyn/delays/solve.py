@@ -82,9 +82,9 @@ def solve_dde(
     derivative higher: steps end at these times, up to the order of the method.  A jump of y' that
     `past.derivative` carries on stays one, throughout the span.  Jumps that
     varying delays, and switches on the state or the past, bring are not known before: there, and in
-    neutral equations, the residual of the interpolant (with Rodas5P, its error by the residual) is
-    bounded by two tolerances at three times of each step, and a step over a jump is taken again,
-    shorter; Radau leaves such jumps to its estimates.
+    neutral equations, the residual of the interpolant (with Rodas5P and Radau, its error by the
+    residual) is bounded by two tolerances, with Radau by 30, at three times of each step, and a
+    step over a jump is taken again, shorter.
 
     No step is longer than the shortest constant delay, unless the delay is shorter than 1e-4 of the
     span.  A step that contains its own past, because a delay vanishes or is as short, is taken

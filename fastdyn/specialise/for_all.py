@@ -10,7 +10,8 @@ FOR_ALL = {  # name: function in `kernels`, signature in `specialise`
     "solution": ("algebra.padded.solution.solution", "signatures.SOLUTION"),
     "past": ("output.dense_output.state_before", "signatures.PAST"),  # of a delay equation
     "within past": ("output.past.steps.advance", "signatures.ADVANCE"),
-    "residual filter": ("methods.rodas5p.residual.filter_residual", "signatures.FILTER"),
+    "filter of Rodas5P": ("methods.rodas5p.residual.filter_residual", "signatures.FILTER"),
+    "filter of Radau": ("methods.radau.residual.filter_residual", "signatures.FILTER"),
     "sparse factors": ("algebra.sparse.factors.factors", "signatures.sparse.SPARSE_FACTORS"),
     "sparse solution": ("algebra.sparse.factors.solution", "signatures.sparse.SPARSE_SOLUTION"),
     "complex sparse factors": (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fastdyn.delays import solve_dde
-from fastdyn.delays.equation import EXPLICIT, NEUTRAL
+from fastdyn.delays.equation import EXPLICIT, METHODS, NEUTRAL
 from support.published_delays import DDETST, OF_THE_STATE
 from support.shifted_copies import end_of
 
@@ -35,7 +35,7 @@ def test_exact_solutions(published):
 OTHERS = [
     pytest.param(p, method, marks=pytest.mark.hunt, id=f"{p.name} {method}")
     for p in (*DDETST, *OF_THE_STATE)
-    for method in (NEUTRAL if p.neutral else (*EXPLICIT, "Rodas5P"))
+    for method in (NEUTRAL if p.neutral else METHODS)
 ]
 
 

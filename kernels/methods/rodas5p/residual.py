@@ -1,39 +1,16 @@
 """The error that a residual of the interpolant makes, by the matrix of a step of Rodas5P."""
 
 from ...algebra.matrices import matrix_rows, solve_sum
-from ...calls.user_function import by_pointer
-from ...jit.options import INTERNAL, njit
-from ...output.past.steps import size_of
-from ...state.rows import copy_row
+from ...jit.options import INLINED, njit
+from ...output.past.residual_filter import filter_by
 from .derivatives import FACTOR, PIVOTS, SUM, J
 from .table import GAMMA
 
-# Share of a residual that may be left where a linear equation says that none is: 1 where Rodas5P
-# stepped over the start of sqrt(8 t).
-LINEAR = 0.5
+
+@njit(**INLINED)
+def _solve(s, work, block, row):
+    factors = J + matrix_rows(block, work.shape[1])
+    solve_sum(s, work, block, J, factors, PIVOTS, row, FACTOR + 1)
 
 
-@njit(**INTERNAL)
-def filter_residual(state, work, block, t, values):
-    """Filter a residual h r at time t within the last step: (I - h gamma J)^-1 h r.
-
-    The rows of `values` are state, slope, h r, and the filtered residual to be found, which is the
-    size of the error in stiff components, too.  Returns 0 if h r does not fall by the error as a
-    linear equation says: from y = 0 on, y' = 1 / y has the same matrix as a fast decay.
-    """
-    s = state[0]
-    n = work.shape[1]
-    h = s.t - s.t_old
-    size = size_of(work, values[0], values[2])
-    for i in range(n):
-        work[SUM, i] = values[2, i] / (h * GAMMA)
-    solve_sum(s, work, block, J, J + matrix_rows(block, n), PIVOTS, SUM, FACTOR + 1)
-    for i in range(n):
-        values[0, i] += GAMMA * work[SUM, i]
-        values[1, i] = h * values[1, i] + work[SUM, i]
-    by_pointer(t, values[0], block, values[3])
-    s.n_extra += 1
-    for i in range(n):
-        values[2, i] = h * values[3, i] - values[1, i]
-    copy_row(work[SUM], values[3])
-    return 1 if size_of(work, values[0], values[2]) <= LINEAR * size else 0
+filter_residual = filter_by(_solve, SUM, GAMMA)

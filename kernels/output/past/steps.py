@@ -227,7 +227,8 @@ def _shortened(state, work, block, words, d, values):
             return max(SHORTER, factor)
         s.h = min(s.h, factor * (s.t - s.t_old))
     if looks & past.RESIDUALS != 0:
-        if _residual(state, work, block, words, d, values) > LARGEST:
+        largest = OF_GROWN if looks & past.STAGES != 0 else LARGEST
+        if _residual(state, work, block, words, d, values) > largest:
             return SHORTER
     return 1.0
 
