@@ -1,6 +1,5 @@
 """solve_dae with `discrete`: further components with the equation d' = 0, which events change."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -8,6 +7,7 @@ import numpy as np
 from fastdyn.problem import discrete as longer
 from fastdyn.problem import validate
 from fastdyn.problem.options.table import TOLERANCES
+from fastdyn.problem.options.tolerances import longer_tolerances
 from fastdyn.problem.schedules import SHORTHANDS, listed
 from fastdyn.run.result import OdeResult
 
@@ -39,12 +39,11 @@ def solve_with_discrete(solve, arguments, options):
     if given["yp0"] is not None:
         given["yp0"] = np.r_[validate.initial_state(given["yp0"], "yp0"), np.zeros(m)]
     given["given"] = _held(given["given"], n, m)
-    share = math.sqrt(n / (n + m))  # the mean of the errors is that of n components
-    for name, default in TOLERANCES.items():
-        value = np.asarray(options.get(name, default), float)
-        if value.shape == (n,):
-            value = np.r_[value, np.full(m, value.max())]
-        options[name] = share * value if value.ndim else float(share * value)
+    tolerances = {**TOLERANCES, **options}
+    rtol, atol = longer_tolerances(None, tolerances["rtol"], tolerances["atol"], n, m)
+    atol[n:] = np.max(atol[:n], initial=0.0)  # all count in the iteration for consistent values
+    options["rtol"] = rtol
+    options["atol"] = atol
     return _parted(solve(**given, **options), n, m)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from fastdyn.compile.mode import MOMENTS as OF_MOMENTS
 from fastdyn.kernels.output.extrema import MAX, MIN, T_MAX, T_MIN
 from fastdyn.problem.events import of_own
+from fastdyn.problem.options.tolerances import longer_tolerances
 from fastdyn.problem.schedules import in_order
 from fastdyn.words import kinds
 from fastdyn.words.calls import takes
@@ -139,8 +140,7 @@ def n_copies(items):
 def extended(problem, how, members):
     """The problem with a state that is followed by the integrals of its moments.
 
-    The integrals do not influence the steps: their tolerance is infinite, and the other tolerances
-    are divided by the factor by which the longer state lowers the norm.
+    The integrals do not influence the steps.
     """
     if problem.method.second_order:
         raise ValueError(
@@ -152,13 +152,8 @@ def extended(problem, how, members):
     n = members.n
     times = how.n_copies
     members.lengthen(times)
-    largest = problem.method.like_matlab  # with the largest component as norm
-    share = 1.0 if largest else 1.0 / math.sqrt(times)
-    rtol = problem.rtol
-    if not largest:
-        rtol = np.tile(np.broadcast_to(rtol, n) * share, times)
-    atol = np.full(times * n, math.inf)
-    atol[:n] = np.broadcast_to(problem.atol, n) * share
+    more = (times - 1) * n
+    rtol, atol = longer_tolerances(problem.method, problem.rtol, problem.atol, n, more)
     events = problem.events and [of_own(event, n) for event in problem.events]
     y0 = np.tile(problem.y0, times)
     mass = problem.mass

@@ -5,15 +5,14 @@ step, and no part of the state that the user's functions get.
 """
 
 import inspect
-import math
 
 import numpy as np
 
 from . import validate
 from .domains.options import listed_components
 from .events import Event
-from .lsoda import NAME as LSODA
 from .options.table import TOLERANCES, refused_among
+from .options.tolerances import longer_tolerances
 from .schedules import SHORTHANDS, Schedule, listed
 
 BESIDE = "behind y, every function gets `discrete`"
@@ -121,16 +120,9 @@ def extended_options(options, method, n, m):
     """The options of a solve of the longer state."""
     options = dict(options)
     if method is None or method.error_order:
-        largest = ("Taylor", LSODA)  # methods whose norm is the largest; others take the mean
-        mean = method is None or not (method.like_matlab or method.name in largest)
-        share = math.sqrt(n / (n + m)) if mean else 1.0
-        rtol, atol = (np.asarray(options.get(k, v), float) for k, v in TOLERANCES.items())
-        if rtol.ndim:
-            rtol = np.r_[rtol, np.full(m, rtol.max(initial=0.0))]
-        options["rtol"] = share * rtol if rtol.ndim else float(share * rtol)
-        if atol.shape in ((), (n,)):
-            atol = np.r_[np.broadcast_to(atol, n), np.full(m, math.inf)]
-        options["atol"] = share * atol
+        given = {**TOLERANCES, **options}
+        longer = longer_tolerances(method, given["rtol"], given["atol"], n, m)
+        options["rtol"], options["atol"] = longer
     for name, diagonal in (("jac", 0.0), ("mass", 1.0)):
         if callable(options.get(name)):
             options[name] = _matrices(options[name], n, m, diagonal)

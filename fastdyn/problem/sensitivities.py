@@ -280,10 +280,10 @@ class Tolerances:
         own = np.broadcast_to(p.atol, n)
         rtol = np.broadcast_to(p.rtol, n)
         least = np.minimum(own, rtol) if np.any(rtol) else own
-        largest = p.method.like_matlab  # of the components, as norm
+        largest = p.method.largest_as_norm
         of_y, of_s = (1.0, 1.0) if largest else np.sqrt([1.0 / (1.0 + m), m / (1.0 + m)])
         self.rtol = p.rtol
-        if not largest:
+        if not largest or np.ndim(p.rtol):
             self.rtol = np.concatenate([of_y * rtol, of_s * np.repeat(rtol, m)])
         self._of_y = of_y * own
         self._least = of_s * least[:, None]

@@ -149,6 +149,11 @@ class Facts(NamedTuple):
         return self.start == "stepping.first_step.matlab"
 
     @property
+    def largest_as_norm(self):
+        """True if the norm of an error is its largest component, False if a mean of all."""
+        return self.like_matlab or self.series or self.start == "stepping.first_step.lsoda"
+
+    @property
     def tableau(self):
         """The coefficients as printed in the source."""
         return self.code.tableau

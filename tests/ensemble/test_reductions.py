@@ -14,6 +14,15 @@ def falling(t, w, k):
 falling.direction, falling.terminal = -1, True
 
 
+@pytest.mark.parametrize("method", ["RK45", "Taylor", "LSODA", "ode45", "Radau"])
+def test_what_follows_the_state_takes_no_part_in_the_steps(method):
+    """By methods whose norm is a mean, and by those whose norm is the largest error."""
+    given = {"method": method, "rtol": 1e-6, "atol": 1e-9}
+    plain = solve_ensemble(oscillator, (0, 10), [1.0, 0.3], ([1.0, 2.0],), **given)
+    means = solve_ensemble(oscillator, (0, 10), [1.0, 0.3], ([1.0, 2.0],), reduce="rms", **given)
+    assert np.array_equal(plain.n_accepted, means.n_accepted)
+
+
 @pytest.mark.parametrize("simd", [True, False])
 def test_events_and_reductions_against_formulas(simd):
     k = np.linspace(1, 4, 13)

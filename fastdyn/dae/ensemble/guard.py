@@ -7,9 +7,9 @@ By the formula of Cauchy and Binet that is so if all minors of full rank change 
 is a suspicion: a solve of the trajectory alone, which looks into the step, decides.
 """
 
-import math
-
 import numpy as np
+
+from fastdyn.problem.options.tolerances import longer_tolerances
 
 from ..structure.eliminate import is_fixed
 
@@ -52,17 +52,10 @@ class Guard:
         numbers = system.numbers([nodes[k] for k in self._moving], t, z)
         return np.column_stack([numbers.T, np.zeros(len(t))])
 
-    def tolerances(self, options):
-        """The options for the longer state, whose further components count in no error."""
-        n = self._n
-        m = self.size
-        share = math.sqrt(n / (n + m))  # the mean of the errors is that of n components
-        rtol, atol = (
-            share * np.broadcast_to(np.asarray(options[name], float), n)
-            for name in ("rtol", "atol")
-        )
-        rtol = np.r_[rtol, np.full(m, rtol.max())]
-        atol = np.r_[atol, np.full(m, math.inf)]
+    def tolerances(self, options, method):
+        """The options for the longer state; the components behind count in no error."""
+        rtol, atol = options["rtol"], options["atol"]
+        rtol, atol = longer_tolerances(method, rtol, atol, self._n, self.size)
         return {**options, "rtol": rtol, "atol": atol}
 
     def motion(self, motion):

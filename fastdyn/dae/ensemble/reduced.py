@@ -9,6 +9,7 @@ from fastdyn.problem.events import Event
 from fastdyn.problem.members import Shared
 from fastdyn.problem.options.table import TOLERANCES
 from fastdyn.problem.schedules import listed
+from fastdyn.problem.validate import method_named
 
 from ..functions import named
 from ..problem import held_components
@@ -65,7 +66,7 @@ def planned(asked, guesses, wanted, method, simd):
         of_all = system.with_values(values[:, : len(starts)])
         times = np.full(len(starts), t0)
         states = np.hstack([states, guard.memory(of_all, times, starts.T)])
-        options = guard.tolerances({**TOLERANCES, **options})
+        options = guard.tolerances({**TOLERANCES, **options}, method_named(method))
         motion = guard.motion(motion)
     if (project := guard.project()) is not None:
         options["project"] = with_arguments(project, slots)
