@@ -35,24 +35,19 @@ class Ended(NamedTuple):
 class Field(NamedTuple):
     """One field of a result: the entry in the docstring of OdeResult.
 
-    A field without a type shares the entry of the field before.  A number that follows from what a
-    solve counts has `of_counts`, any other number that follows from the end of a solve `of_end`:
-    functions of the Facts of the method and an Ended.  Steppers, ensembles, and solves of many or
-    of parts have these fields, too: counts of parts add up, of other numbers the last holds.  A
-    field that only some solves have tells them in `only`.
+    A field without a type shares the entry of the field before.  A number that follows from the end
+    of a solve has `of_end`, a function of the Facts of the method and an Ended.  Steppers,
+    ensembles, and solves of many or of parts have these fields, too: `joined` makes one number of
+    the list of those of all parts, as `sum`; without it, the last holds.  A field that only some
+    solves have tells them in `only`.
     """
 
     name: str
     type: str
     text: str
-    of_counts: Callable[[Any, Ended], Any] | None = None
     of_end: Callable[[Any, Ended], Any] | None = None
+    joined: Callable[[list], Any] = itemgetter(-1)
     only: str = ""
-
-    @property
-    def following(self):
-        """The formula of a field that follows from an Ended, or None."""
-        return self.of_counts or self.of_end
 
 
 ALL_FIELDS = (
@@ -68,10 +63,10 @@ ALL_FIELDS = (
     Field("y_events", "", ""),
     Field(
         "nfev", "int", "Numbers of evaluations of `fun`, of Jacobians, of factorisations.",
-        lambda method, c: c.n_extra + method.n_stages * (c.n_accepted + c.n_rejected),
+        lambda method, c: c.n_extra + method.n_stages * (c.n_accepted + c.n_rejected), sum,
     ),
-    Field("njev", "", "", lambda method, c: c.n_jacobians),
-    Field("nlu", "", "", lambda method, c: c.n_factorised),
+    Field("njev", "", "", lambda method, c: c.n_jacobians, sum),
+    Field("nlu", "", "", lambda method, c: c.n_factorised, sum),
     Field(
         "status", "int",
         "0: the end was reached; 1: a terminal event, or `callback`; -1: failure; -2: interrupted; "
@@ -81,9 +76,9 @@ ALL_FIELDS = (
     Field("success", "bool", "True if `status` is 0 or 1."),
     Field(
         "n_accepted", "int", "Numbers of steps (compiled methods only).",
-        lambda method, c: c.n_accepted,
+        lambda method, c: c.n_accepted, sum,
     ),
-    Field("n_rejected", "", "", lambda method, c: c.n_rejected),
+    Field("n_rejected", "", "", lambda method, c: c.n_rejected, sum),
     Field("method", "str", "The method that was chosen, and the reason.", only='"auto"'),
     Field("reason", "", "", only='"auto"'),
     Field(
@@ -125,8 +120,7 @@ ALL_FIELDS = (
     ),
 )  # fmt: skip
 FIELDS = {field.name: field for field in ALL_FIELDS if not field.only}  # of each compiled solve
-COUNTS = [field for field in FIELDS.values() if field.of_counts]
-FOLLOWING = {name: field.following for name, field in FIELDS.items() if field.following}
+FOLLOWING = {name: field.of_end for name, field in FIELDS.items() if field.of_end}
 
 
 def made(method, ended, **parts) -> Any:
@@ -143,6 +137,18 @@ def made(method, ended, **parts) -> Any:
 def following(method, ended):
     """The fields that follow from an Ended, by name; None for a number that is not counted."""
     return {name: formula(method, ended) for name, formula in FOLLOWING.items()}
+
+
+def of_parts(parts):
+    """The fields that follow from Endeds of parts of a solve, dicts with them, by name.
+
+    A number that a part has not counted stands for the whole.
+    """
+    found = {}
+    for name in FOLLOWING:
+        numbers = [part[name] for part in parts]
+        found[name] = None if None in numbers else FIELDS[name].joined(numbers)
+    return found
 
 
 def _attributes():

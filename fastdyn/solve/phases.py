@@ -21,7 +21,7 @@ from fastdyn.problem.step_options import largest_time, within
 from fastdyn.problem.validate import function, method_named, output_times
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import SUCCESS
-from fastdyn.run.result import COUNTS, FIELDS, OdeResult
+from fastdyn.run.result import FIELDS, OdeResult, of_parts
 from fastdyn.words.calls import shown_when_wrong
 from fastdyn.words.kinds import function_of, number, shown
 from fastdyn.words.near import did_you_mean
@@ -269,7 +269,6 @@ def _joined(segments, log, status, message, keep_start, n_events):
         t.append(np.asarray(segment.t, float)[0 if keep else 1 :])
         y.append(states[:, 0 if keep else 1 :])
     full = [states for states in y if states.size]
-    counts = {field.name: sum(s[field.name] for s in segments) for field in COUNTS}
     parts = dict(
         t=np.concatenate(t),
         y=np.concatenate(full, axis=1) if full else [],
@@ -280,7 +279,7 @@ def _joined(segments, log, status, message, keep_start, n_events):
         message=message,
         success=status >= 0,
         phases=log,
-        **counts,
+        **of_parts(segments),
     )
     return OdeResult({name: segments[-1].get(name) for name in FIELDS} | parts)
 

@@ -21,7 +21,7 @@ from fastdyn.run.functions.switching import goes_on, rest_of
 from fastdyn.run.loop import counters
 from fastdyn.run.outcome import end_of, occurrences_of
 from fastdyn.run.output import as_components, occurrences_in
-from fastdyn.run.result import COUNTS, FIELDS, Ended
+from fastdyn.run.result import FOLLOWING, Ended, following, of_parts
 from fastdyn.run.resume import put_tables
 from fastdyn.run.solve_problem import begun, run_of_steps
 from fastdyn.words import kinds
@@ -95,7 +95,7 @@ class Stepper(OdeSolver):
 
     compiles = True  # the class compiles `fun` itself
     _watches = False  # whether events, schedules or breakpoints lie between the steps
-    _before: Any = None  # the counts before `args` were set
+    _before: Any = None  # what follows from the end before `args` were set
     _n_own: Any = None  # the length of y, with `discrete`
 
     @shown_when_wrong()
@@ -161,7 +161,7 @@ class Stepper(OdeSolver):
             asked = asked.with_options(first_step=h)
         problem, mode = self._problem, run.problem.mode
         self._problem = validate.problem(asked, self._method, mode)
-        counts = {field.name: getattr(self, field.name) for field in COUNTS}
+        before = self._ended()
         first, given = self._given
         try:
             new = self._started()
@@ -169,7 +169,7 @@ class Stepper(OdeSolver):
             self._problem = problem
             raise
         own = vars(self)
-        own["_run"], own["_sol"], own["_before"] = new, None, counts
+        own["_run"], own["_sol"], own["_before"] = new, None, before
         own["_given"] = (first[0], self.t, self.y.copy(), first[3]), {**given, "args": args}
         if self._watches:
             self._take_over(new.step(0))
@@ -260,13 +260,15 @@ class Stepper(OdeSolver):
     nstep: Any = property(lambda self: self.n_accepted)
 
     def __getattr__(self, name) -> Any:
-        field = FIELDS.get(name)
-        if field is None or field.following is None:
+        if name not in FOLLOWING:
             raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
+        return self._ended()[name]
+
+    def _ended(self):
+        """The fields of a result that follow from the end of a solve, by name."""
         run = self._run
-        found = field.following(run.problem.method, Ended.of(run.view("solve.state")[0]))
-        before = (self._before or {}).get(name)
-        return found if before is None or found is None else found + before
+        found = following(run.problem.method, Ended.of(run.view("solve.state")[0]))
+        return of_parts([self._before, found]) if self._before else found
 
     def interpolate(self, t):
         """The state at a time of the last step, shape (n,), or (n, k) at k times."""

@@ -11,7 +11,7 @@ import pytest
 
 import fastdyn
 from fastdyn import solve_ivp
-from fastdyn.run.result import ALL_FIELDS, COUNTS, FIELDS, OdeResult
+from fastdyn.run.result import ALL_FIELDS, FIELDS, FOLLOWING, OdeResult
 from fastdyn.solve import solve_second_order
 from fastdyn.solve.stepper import Stepper
 from support.edited import run_edited
@@ -115,11 +115,11 @@ def test_a_result_has_all_fields_in_their_order(way):
         "jumps",
     }  # fmt: skip
     uncounted = {"njev", "nlu"} if way == "dae ensemble" else set()
-    for field in COUNTS:
-        if field.name in uncounted:
-            assert result[field.name] is None
+    for name in FOLLOWING:
+        if name in uncounted:
+            assert result[name] is None
             continue
-        assert result[field.name].__class__ is int and result[field.name] >= 0, field.name
+        assert result[name].__class__ is int and result[name] >= 0, name
     assert isinstance(result, OdeResult)
     for name in ("vjp", "history"):  # which no pickle takes, the second because of its lambda
         result.pop(name, None)
@@ -133,12 +133,12 @@ def test_numbers_of_steps_and_evaluations_are_those_of_the_table():
         stepper.step()
     many = fastdyn.prepare(decay, *START).many([[1.0], [1.0]])
     ensemble = fastdyn.solve_ensemble(decay, (0, 1), [[1.0], [1.0]])
-    for field in COUNTS:
-        assert getattr(stepper, field.name) == result[field.name]
-        if field.name in many:
-            assert np.array_equal(many[field.name], [result[field.name]] * 2)
-            assert np.array_equal(getattr(ensemble, field.name), [result[field.name]] * 2)
-    assert {field.name for field in COUNTS} - {*many} == {"njev", "nlu"}
+    for name in FOLLOWING:
+        assert getattr(stepper, name) == result[name]
+        if name in many:
+            assert np.array_equal(many[name], [result[name]] * 2)
+            assert np.array_equal(getattr(ensemble, name), [result[name]] * 2)
+    assert {*FOLLOWING} - {*many} == {"njev", "nlu"}
     with pytest.raises(AttributeError, match="no attribute 'njev'"):
         _ = ensemble.njev
     with pytest.raises(AttributeError, match="no attribute 'y_old'"):
@@ -153,10 +153,14 @@ def test_each_field_has_an_entry_in_the_docstring():
         assert f"`{name}`" in solve_ivp.__doc__
 
 
-LAST = '    Field("n_rejected", "", "", lambda method, c: c.n_rejected),\n'
+LAST = '    Field("n_rejected", "", "", lambda method, c: c.n_rejected, sum),\n'
 RECORD = """    Field(
         "n_tried", "int", "Number of steps, accepted or not.",
-        lambda method, c: c.n_accepted + c.n_rejected,
+        lambda method, c: c.n_accepted + c.n_rejected, sum,
+    ),
+    Field(
+        "most_steps", "int", "Most steps, accepted or not, of a part.",
+        lambda method, c: c.n_accepted + c.n_rejected, max,
     ),
     Field(
         "next_step", "float", "Size of the step that would be next.",
@@ -179,7 +183,7 @@ def expected(r):
     return is_size and r.n_tried == r.n_accepted + r.n_rejected > 0
 
 result = fastdyn.solve_ivp(decay, (0, 1), [1.0])
-assert list(result)[-2:] == ["n_tried", "next_step"]
+assert list(result)[-3:] == ["n_tried", "most_steps", "next_step"]
 assert expected(pickle.loads(pickle.dumps(result)))
 from test_fields import WAYS
 for way, solve in WAYS.items():
@@ -198,6 +202,19 @@ assert expected(stepper)
 while stepper.status == "running":
     stepper.step()
 assert stepper.next_step == result.next_step
+inputs = Stepper(lambda t, y, u: [u - y[0]], 0.0, [1.0], 100.0, args=(0.0,))
+for u in (1.0, 2.0):
+    inputs.step()
+    inputs.args = (u,)
+assert (inputs.n_tried, inputs.most_steps) == (2, 1) and inputs.next_step > 0.0
+def half(t, y):
+    return y[0] - 0.5
+
+half.terminal = True
+phases = {"early": fastdyn.Phase(decay, half, lambda t, y: ("late", 0.4 * y))}
+phases["late"] = phases["early"]._replace(fun=decay)
+parts = fastdyn.solve_phases(phases, "early", (0, 0.7), [1.0])
+assert len(parts.phases) == 2 and parts.most_steps < parts.n_tried < 2 * parts.most_steps
 assert "n_tried : int\\n    Number of steps, accepted or not.\\n" in fastdyn.OdeResult.__doc__
 assert "`n_tried`" in fastdyn.solve_ivp.__doc__
 print("as told")
