@@ -204,7 +204,9 @@ class Equation:
             neutral = self.history.neutral if known is None else known.derivatives
             varying = known is None or known.varying
             decides = known is None or known.decides
-            return Delays(constant, varying, constant if neutral else (), neutral, decides)
+            of_state = known is None or known.of_state
+            neutral_delays = constant if neutral else ()
+            return Delays(constant, varying, neutral_delays, neutral, decides, of_state)
         if known is None:
             raise ValueError(
                 f"the delays of `{p.fun.__name__}` are not known, because it cannot be traced: "
@@ -215,6 +217,9 @@ class Equation:
     def _tell_vanishing(self, result):
         """Say that a delay vanishes or is negative, if that is why no step was short enough."""
         if result.status != -1:
+            return
+        if self._last.turns:
+            result["message"] = self._last.turns
             return
         t = float(result.t[-1])
         y = result.y[:, -1].copy()

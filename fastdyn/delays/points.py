@@ -20,13 +20,16 @@ MOST_POINTS = 2**17  # followed points; k delays to order p have up to C(k + p, 
 # delays are followed to order 9.  Of 30 delays all points to order 5 were 25 000 steps.
 FEW = 4096
 OF_STARTS = 16
+PASTS = {"past", "of_past", "of_slope"}  # operations
+STATES = {"y", *PASTS}
 
 
 class Delays(NamedTuple):
     """The constant delays in rising order, whether other delays vary, and the neutral ones.
 
     A neutral delay is a constant one at which the derivative is read; `derivatives` tells whether
-    the derivative is read at any delay, `decides` whether the function may jump or have a kink.
+    the derivative is read at any delay, `decides` whether the function may jump or have a kink,
+    `of_state` whether a delay depends on the state.
     """
 
     constant: tuple
@@ -34,15 +37,16 @@ class Delays(NamedTuple):
     neutral: tuple = ()
     derivatives: bool = False
     decides: bool = False
+    of_state: bool = False
 
 
 def delays_of(bound, t0, y0):
     """The Delays of a Bound by its trace; None if the function has no trace."""
-    function = bound.function and bound.function.notes.get(BASE, bound.function)
-    if function is None or function.traced is None:
+    traced, known = _known(bound)
+    if known is None:
         return None
-    times, fixed, orders, decides = function.derived("delays", lambda: _times(function.traced))
-    graph = function.traced.trace.graph
+    times, fixed, orders, decides = known
+    graph = traced.trace.graph
     t = np.array([t0])
     values, _ = evaluate(graph, times, t, y0[:, None], flat(bound.given))
     found = [
@@ -51,9 +55,26 @@ def delays_of(bound, t0, y0):
     ]  # fmt: skip
     constant = {tau for tau, _ in found}
     neutral = {tau for tau, order in found if order}
-    return Delays(
-        tuple(sorted(constant)), not all(fixed), tuple(sorted(neutral)), any(orders), decides
-    )
+    of_state = bool(STATES & {node.op for node in live(times)})
+    neutral = tuple(sorted(neutral))
+    return Delays(tuple(sorted(constant)), not all(fixed), neutral, any(orders), decides, of_state)
+
+
+def read_at(bound, t, y):
+    """The times for which a function asks at times (m,) and states (n, m); None if not known."""
+    traced, known = _known(bound)
+    if known is None or PASTS & {node.op for node in live(known[0])}:
+        return None
+    found, _ = evaluate(traced.trace.graph, known[0], t, y, flat(bound.given))
+    return np.array([np.broadcast_to(each, t.shape) for each in found])
+
+
+def _known(bound):
+    """The trace of a Bound, and what `_times` tells of it; None without a trace."""
+    function = bound.function and bound.function.notes.get(BASE, bound.function)
+    if function is None or function.traced is None:
+        return None, None
+    return function.traced, function.derived("delays", lambda: _times(function.traced))
 
 
 def _times(traced):

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.code_store.call import address_of
+from fastdyn.compile.sentences import warn
 from fastdyn.kernels.calls.block import PAST_OF_RARE, RARE
 from fastdyn.kernels.output import arguments as words
 from fastdyn.kernels.output.arguments import OUTPUT
@@ -24,6 +25,7 @@ from fastdyn.specialise.scalar import dense_rows_kernel, residual_filters, withi
 
 from .past import history_of
 from .points import Carried
+from .to_and_fro import BLOCK, told_of
 
 N_DENSE = OUTPUT.fields["n_dense"][1]  # the place of the number of polynomials in the record
 NOW = STATE.fields["t"][1]  # the place of the time that is reached
@@ -107,6 +109,8 @@ class DelayRun(Run):
     """A Run that tells the words of its history where its polynomials are."""
 
     carried: Carried | None = None
+    turns = ""  # what is said of a time of the past that runs to and fro, where the run ended
+    _of_state = False
     _n_polynomials = 0  # least room
     longest: float | None = None
 
@@ -135,7 +139,12 @@ class DelayRun(Run):
         if not carried.whole and looks & words.GROWN:  # jumps may be within steps
             looks = looks & ~words.GROWN | words.RESIDUALS
         self._first_slope = slope
+        self.n_own = len(slope)
         self._lay_own_past(looks)
+        self.turns = ""
+        self._of_state = known.of_state
+        this = weakref.ref(self)  # a Run that holds itself is not freed with its last name
+        self.at_looks = (lambda: this()._looked()) if known.of_state else None
         return carried
 
     def _lay_own_past(self, looks):
@@ -158,6 +167,28 @@ class DelayRun(Run):
         whole[words.PAST_N_ROWS] = rows
         whole[words.PAST_HINT :] = 0
         whole[words.PAST_COUPLED] = words.COUPLED * (p.method.name == "Radau")
+
+    def _looked(self):
+        """Whether the last steps are for nothing, because a time of the past runs to and fro."""
+        self.turns = told_of(self, BLOCK)
+        return bool(self.turns)
+
+    def tell_jumps(self):
+        """As `Run.tell_jumps`; times of the past that run to and fro, too."""
+        super().tell_jumps()
+        if self._of_state and not self.turns and (said := told_of(self)):
+            warn(said)
+
+    def steps(self, n_last=None):
+        """The starts of the last steps, or of all, shape (m,), and the states there, (n, m)."""
+        of = self.grown
+        names = "d", "spans", "record"
+        d, spans, record = [
+            self.view(f"output.{name}") if of is None else getattr(of, name) for name in names
+        ]
+        count = int(record["n_dense"][0])
+        steps = slice(0 if n_last is None else max(0, count - n_last), count)
+        return spans[steps, 0], d[steps, 0, : self.n_own].T
 
     def follower(self):
         """What carries the jumps of actions on; None without actions."""

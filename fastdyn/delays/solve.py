@@ -84,7 +84,8 @@ def solve_dde(
     varying delays, and switches on the state or the past, bring are not known before: there, and in
     neutral equations, the residual of the interpolant (with Rodas5P and Radau, its error by the
     residual) is bounded by two tolerances, with Radau by 30, at three times of each step, and a
-    step over a jump is taken again, shorter.
+    step over a jump is taken again, shorter.  Where components as small as their tolerances decide
+    a delay, its time may run to and fro: the solve ends with a message, or warns.
 
     No step is longer than the shortest constant delay, unless the delay is shorter than 1e-4 of the
     span.  A step that contains its own past, because a delay vanishes or is as short, is taken
