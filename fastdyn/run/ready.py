@@ -74,6 +74,8 @@ class ReadyRun:
         The memory of the last solve.
     state_sizes : tuple of float or None
         The `sizes`.
+    is_traced : bool
+        Whether the code of the equations is that of their graph.
     left : float
         The solves until functions that run in Python are compiled again, if they can be; then the
         ReadyRun is given up.
@@ -83,7 +85,7 @@ class ReadyRun:
         "_check", "_finish", "_image", "_launch", "_left", "_limited", "_make", "_n", "_n_left",
         "_own", "_pack_times", "_quick", "_readers", "_result", "_seen", "_sides",
         "_span", "_step", "_switched", "_t_eval", "_times", "_until_look", "first", "go",
-        "in_python", "last", "left", "problem", "room", "run", "sizes", "span",
+        "in_python", "is_traced", "last", "left", "problem", "room", "run", "sizes", "span",
         "state_sizes",
     )  # fmt: skip
 
@@ -112,6 +114,8 @@ class ReadyRun:
         self._switched: Any = None  # the key of the switching times that the image has
         self.sizes: Any = None  # of the values of sensitivities, whose tolerances the image has
         self._times = b""
+        equations = run.bounds[0].function
+        self.is_traced = equations is not None and equations.traced is not None
         self.in_python = any(bound.callback is not None for bound in run.bounds)
         if self.in_python:  # a warning that is not given yet would keep the function alive
             announce(run.bounds)
@@ -167,6 +171,7 @@ class ReadyRun:
         check, finish, left, sides = self._check, self._finish, self._left, self._sides
         at, own, size, make = self.run.launch_at, self._own, self.run.plan.size, self._result
         told = self.run.tells_of()
+        in_pairs = self.problem.mode.complex_numbers
         quick = self._quick = self._builtin(kernel, read, block)
 
         def go(fun, y0, args, events=(), t_span=None, t_eval=None):
@@ -186,7 +191,7 @@ class ReadyRun:
                 return status
             if status is None:
                 kind = y0.__class__
-                if kind is list or kind is tuple:
+                if not in_pairs and (kind is list or kind is tuple):
                     for number in y0:  # twice as fast as a set of types
                         if number.__class__ is not float and number.__class__ not in NUMBERS:
                             return None
@@ -194,7 +199,7 @@ class ReadyRun:
                         pack(words, 0, *y0)
                     except struct.error:  # another length, or a number beyond all floats
                         return None
-                elif not taken_from(y0, state):
+                elif not taken_from(y0, state, in_pairs):
                     return None
                 if most and not least <= max(map(abs, state)) <= most:
                     return None
@@ -225,7 +230,7 @@ class ReadyRun:
         run = self.run
         if kernel is not run.plan.launch or self._own is None or self.state_sizes:
             return None
-        if self._left[0] < FEWEST_BY_BUILTIN:
+        if self._left[0] < FEWEST_BY_BUILTIN or run.problem.mode.complex_numbers:
             return None
         names = run.to_tell()
         told = address_of(self._own) + run.plan.place(names[0]) if names else None

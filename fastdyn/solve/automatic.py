@@ -1,6 +1,7 @@
 """method="auto": Taylor where Taylor pays, else a pair by tolerance; Radau for stiff problems."""
 
 import contextlib
+from typing import Any
 
 import numpy as np
 
@@ -14,11 +15,13 @@ from fastdyn.problem.domains import options as domains
 from fastdyn.problem.events import event_list
 from fastdyn.problem.options.table import TOLERANCES, refused_among, value_of
 from fastdyn.problem.switched import longer, slid_away
+from fastdyn.run import again
 from fastdyn.run.functions.crawling import SENTENCES
 from fastdyn.run.loop import Raised
 from fastdyn.run.stiffness import FEW, Saturated, Sliding, Stiff, StiffnessWarning
 from fastdyn.specialise.series import NoSeries
 
+from . import by_method, repeated
 from .discrete import parted
 from .error_estimate import solved_by
 
@@ -56,14 +59,16 @@ def solved(asked):
 
 
 def _chosen(asked, slides):
+    """As `solved`; without `slides`, the solve has begun already."""
     if refused_among(asked.options, "again"):
         return _explicit(asked)
     if asked.options.get("mass") is not None:
         name = "Rodas5P" if len(asked.y0) <= FEW and asked.y0.dtype.kind != "c" else "Radau"
-        return _named(solved_by(asked, name), name, "`mass` is for implicit methods.")
+        return _begun(asked, name, "`mass` is for implicit methods.")
     try:
         may_slide = slides and asked.adjoint is None
-        result = _explicit(asked.reacting(gives_up="slides" if may_slide else "stiff"))
+        reacting = asked.reacting(gives_up="slides" if may_slide else "stiff")
+        result = _explicit(reacting, _begun if slides else _gone_on)
     except Stiff as found:
         return _named(_to_the_end(asked), "Radau", str(found))
     except Sliding as found:
@@ -151,35 +156,80 @@ def _by_others(asked, reason, *names):
     return None
 
 
-def _explicit(asked):
-    """Solve by Taylor or by a pair."""
+class Chosen(again.Kind):
+    """Calls of one kind with "auto", by the method that the last one of them began and ended with.
+
+    The choice depends on the key, and on the graph of the function, which the readers of a ready
+    run follow.  A solve that has to go on by another method goes the long way.
+    """
+
+    def __init__(self, of, name, reason):
+        super().__init__(of.codes)  # which the Kind of the method may lose
+        self._of: Any = of
+        self._name = name
+        self._reason = reason
+
+    def solve(self, *given):
+        of = self._of
+        if of is None or not all(ready.is_traced for ready in of.idle):
+            return None  # a graph may be found later
+        try:
+            result = of.solve(*given)
+        except (Stiff, Sliding, Saturated, Raised):
+            self._of = None  # the next calls may be like this one
+            return None
+        if result is None or result["status"] == -1:
+            return None
+        return _named(result, self._name, self._reason)
+
+
+def _begun(asked, name, reason, by=None):
+    """The result by a method that the solve begins with, perhaps as other Arguments `by`.
+
+    Later calls of the kind begin so at once.
+    """
+    result = _gone_on(asked, name, reason, by)
+    if result.status != -1 and not numpy_errors_are_heard():  # then "auto" chooses otherwise
+        by = by or asked
+        kind = by_method.kind_of(by, name)
+        repeated.choose(asked, by, kind, lambda of: Chosen(of, name, reason))
+    return result
+
+
+def _gone_on(asked, name, reason, by=None):
+    """As `_begun`, if the solve has begun by another method, or in another way."""
+    return _named(solved_by(by or asked, name), name, reason)
+
+
+def _explicit(asked, solve=_begun):
+    """Solve by Taylor or by a pair; `solve` is `_gone_on` if the solve has begun already."""
     rtol = _rtol(asked)
     name = _pair(asked)
     if asked.adjoint is not None:
-        return _named(solved_by(asked, name), name, "`adjoint` goes back over the steps of a pair.")
+        return solve(asked, name, "`adjoint` goes back over the steps of a pair.")
     if rtol > LOOSE:
         exact = _tightened(asked) if _switches(asked) else None
         if exact is not None:
             with contextlib.suppress(NoSeries):
-                result = solved_by(exact.reacting(refuses_large=True), "Taylor")
+                result = solve(asked, "Taylor", SWITCHES, exact.reacting(refuses_large=True))
                 if result.status >= 0:
-                    return _named(result, "Taylor", SWITCHES)
-        return _named(solved_by(asked, name), name, f"rtol is above {LOOSE:g}.")
+                    return result
+                solve = _gone_on
+        return solve(asked, name, f"rtol is above {LOOSE:g}.")
     if asked.y0.dtype.kind == "c":
-        return _named(solved_by(asked, name), name, "The state is complex.")
+        return solve(asked, name, "The state is complex.")
     if domains.asked(asked.options):
-        reason = "A series does not end at the border of a domain."
-        return _named(solved_by(asked, name), name, reason)
+        return solve(asked, name, "A series does not end at the border of a domain.")
+    reason = f"`fun` has a Taylor series, and rtol is at most {LOOSE:g}."
     try:
-        result = solved_by(asked.reacting(refuses_large=True), "Taylor")
+        result = solve(asked, "Taylor", reason, asked.reacting(refuses_large=True))
     except NoSeries as refusal:
-        reason = f"{refusal} rtol is {rtol:.1e}."
-        return _named(solved_by(asked, name), name, reason)
+        return solve(asked, name, f"{refusal} rtol is {rtol:.1e}.")
     if result.status == -1:
         other = solved_by(asked, name)
         if other.status >= 0:
             return _named(other, name, f"Taylor failed: {result.message}")
-    return _named(result, "Taylor", f"`fun` has a Taylor series, and rtol is at most {LOOSE:g}.")
+    return result
 
 
 def _switches(asked):

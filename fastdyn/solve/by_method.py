@@ -1,7 +1,5 @@
 """A solve by one method: Arguments become a Problem, which runs; SciPy solves what is left."""
 
-from typing import Any
-
 from fastdyn.compile.sentences import WritesToState
 from fastdyn.problem import validate
 from fastdyn.problem.complex_states import on_pairs
@@ -16,14 +14,19 @@ from .scipy_methods import begun_again, by_scipy
 from .sensitivities import solve_with_sensitivities
 
 
+def kind_of(asked, name):
+    """The method of this name in the keys of calls."""
+    if asked.method == "auto":  # steps end at switching times, and large functions have no series
+        return "auto", name, asked.reaction
+    return name
+
+
 def solved(asked, name):
     """The result of Arguments by the method of this name, which may be a class of SciPy's.
 
     `discrete` and `error_estimate` are not for this function.
     """
-    kind: Any = name
-    if asked.method == "auto":  # steps end at switching times, and large functions have no series
-        kind = "auto", name, asked.reaction
+    kind = kind_of(asked, name)
     result = repeated.asked_before(asked, kind)
     if result is not None:
         return result

@@ -5,7 +5,6 @@ State, span, times of output, arguments, closure and outside values may change f
 
 import functools
 import math
-import types as python
 from typing import Any
 
 import numpy as np
@@ -13,27 +12,19 @@ import numpy as np
 from fastdyn.compile.derivatives.sensitivities import decides
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.kernels.methods.taylor.accuracy import order_for
-from fastdyn.problem.events import (
-    Event,
-    asked_of,
-    between_steps,
-    of_first,
-    with_functions,
-    without_functions,
-)
+from fastdyn.problem.events import between_steps, of_first, with_functions, without_functions
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.sensitivities import Tolerances, directions_of, with_sensitivities
 from fastdyn.run import again, ready
 from fastdyn.run.again import Solver, keyed_code
+from fastdyn.run.functions.readers import has_complex
 from fastdyn.run.ready import ReadyRun
 from fastdyn.run.solve_problem import in_time, run_of
 
+from .keys import COMPLEX, FUNCTION, hashable, key_of, options_of, rest_of
 from .sensitivities import at_events, divided, not_met, parted
 
-FUNCTION = python.FunctionType
-BY_CODE = {option.name: None for option in OPTIONS.values() if option.in_key == "code"}
 VALUES = (float, int, str, list, tuple, np.ndarray, np.generic, type(None))  # of the other options
-DERIVATIVES = "sensitivity", "adjoint"
 LARGEST, SMALLEST = 2.0**60, 2.0**-60  # sizes of a state
 
 
@@ -47,18 +38,24 @@ def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, ar
     rest = ()
     try:
         if options or t_eval is not None or events is not None or dense_output or vectorized:
-            rest, others = _rest(t_eval, dense_output, events, vectorized, options)
+            rest, others = rest_of(t_eval, dense_output, events, vectorized, options)
         code = fun.__code__ if fun.__class__ is FUNCTION else keyed_code(fun)
         kind = (fun.__class__, id(code), len(y0), method, len(args), *rest)
         try:
             found = again.calls.get(kind)
         except TypeError:  # lists and arrays have no hash
-            found = again.calls.get(_hashable(kind))
+            kind = hashable(kind)
+            found = again.calls.get(kind)
     except (AttributeError, TypeError):  # a callable without code, or values without a hash
         return None
-    if found is None or args.__class__ is not tuple:
+    if args.__class__ is not tuple:
         return None
-    return found.solve(fun, y0, args, others, t_span, t_eval)
+    given = fun, y0, args, others, t_span, t_eval
+    result = None if found is None else found.solve(*given)
+    if result is None and has_complex(y0):
+        found = again.calls.get((*kind, COMPLEX))
+        result = None if found is None else found.solve(*given)
+    return result
 
 
 def asked_before(asked, method):
@@ -70,35 +67,32 @@ def asked_before(asked, method):
     )  # fmt: skip
 
 
-def options_of(asked):
-    """The options of Arguments as the caller gave them."""
-    return asked.options | _given(asked.sensitivity, asked.adjoint)
-
-
-def _given(*derivatives):
-    """The options of DERIVATIVES that are not None, which stand behind the others in a key."""
-    pairs = zip(DERIVATIVES, derivatives, strict=True)
-    return {name: value for name, value in pairs if value is not None}
-
-
 def note(asked, method, problem):
     """After the solve of Arguments the long way, prepare for more calls of the kind."""
     a = asked
     if not may_come_again(problem, a.options):
         return
-    options = options_of(a)
     try:
-        rest = others = ()
-        given = a.t_eval is not None or a.events is not None
-        if options or given or a.dense_output or a.vectorized:
-            rest, others = _rest(a.t_eval, a.dense_output, a.events, a.vectorized, options)
+        key, others = key_of(a, method)
         if [*map(id, _functions(problem))] != [*map(id, (a.fun, *others))]:
             return  # the solve calls forms of the given functions
-        kind = a.fun.__class__, id(keyed_code(a.fun)), len(a.y0), method, len(a.args), *rest
-        found = again.kept(_hashable(kind), lambda: _repeated(a, problem), len(problem.y0))
+        found = again.kept(key, lambda: _repeated(a, problem), len(problem.y0))
     except (AttributeError, TypeError):
         return
     found.count(problem)
+
+
+def choose(asked, by, method, make):
+    """After a solve of Arguments with "auto", as `by` and by this method: solve calls alike so.
+
+    ``make(of)`` is the Kind of these calls, where `of` is that of the method.
+    """
+    try:
+        of = again.calls.get(key_of(by, method)[0])
+        if of is not None:
+            again.calls.put(key_of(asked, asked.method)[0], make(of))
+    except (AttributeError, TypeError):
+        return
 
 
 def _repeated(asked, problem):
@@ -114,80 +108,6 @@ def _repeated(asked, problem):
     return made
 
 
-def _rest(t_eval, dense_output, events, vectorized, options):
-    """The part of the key that most calls do not have, and the functions of the events."""
-    watched = None
-    functions = ()
-    if len(options) > 1 and ("sensitivity" in options or "adjoint" in options):
-        options = dict(options)
-        derivatives = [options.pop(name, None) for name in DERIVATIVES]
-        options |= _given(*derivatives)
-    acting = ()
-    if options and not BY_CODE.keys().isdisjoint(options):
-        options, acting = _by_code(options)
-    if events is not None:
-        if events.__class__ is FUNCTION and not events.__dict__:
-            watched = id(events.__code__)
-            functions = (events,)
-        else:
-            watched, functions = _watched(events)
-    rest = (
-        None if t_eval is None else len(t_eval), dense_output, vectorized, watched, *options,
-        *options.values(),
-    )  # fmt: skip
-    return rest, functions + acting
-
-
-def _by_code(options):
-    """The options, with the code in place of functions, and these in the order of a Problem's."""
-    options = dict(options)
-    functions = []
-    for name in [name for name in BY_CODE if name in options]:
-        given = options[name]
-        several = given.__class__ is list or given.__class__ is tuple
-        key: list[Any] = [several]
-        for function in given if several else (given,):
-            key.append(None if function is None else id(keyed_code(function)))
-            if function is not None:
-                functions.append(function)
-        options[name] = tuple(key)
-    return options, tuple(functions)
-
-
-def _watched(events):
-    """The key of events, by their code and their rules, and their functions.
-
-    TypeError for what calls again do not take: what can be read once only, and events that have
-    occurred before the run, whose rules are not those of their functions.
-    """
-    if callable(events) or events.__class__ is Event:
-        events = (events,)
-    if events.__class__ is not list and events.__class__ is not tuple:
-        raise TypeError
-    key = []
-    functions = []
-    for event in events:
-        key += id(keyed_code(event)), asked_of(event)
-        if isinstance(event, Event):
-            if event.has_occurred:
-                raise TypeError
-            key += event.beyond().items()
-            event = event.function
-        functions.append(event)
-    return tuple(key), tuple(functions)
-
-
-def _hashable(kind):
-    """A key with the contents of lists, and of arrays of numbers, which may change in place."""
-    return tuple([
-        (value.dtype.str, value.shape, value.tobytes())
-        if value.__class__ is np.ndarray and value.dtype.kind in "fiu"
-        else (list, *value) if value.__class__ is list
-        else value
-        for value in kind
-    ])  # fmt: skip
-
-
 def may_come_again(problem, options):
     """Whether a ready run takes other spans and times of a problem with these options."""
     p = problem
@@ -198,8 +118,6 @@ def may_come_again(problem, options):
     if not all(option.in_key and option.methods(p.method) for option in known):
         return False
     if not all(isinstance(options[o.name], VALUES) for o in known if o.in_key is True):
-        return False
-    if p.mode.complex_numbers:
         return False
     if times is not None and not (times.dtype.kind in "fiu" and len(times)):
         return False

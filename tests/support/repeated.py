@@ -41,7 +41,7 @@ CALLS = 9  # by which a run is ready
 def the_long_way():
     """All calls of `solve_ivp` within, and of solvers that are made within, go the long way."""
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("solved", "note"):
+        for name in ("solved", "note", "choose"):
             patch.setattr(repeated, name, lambda *given: None)
         yield
 

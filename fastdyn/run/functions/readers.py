@@ -12,6 +12,7 @@ from fastdyn.compile.traced.make import made
 from fastdyn.problem.second_order_and_pairs import form_reader
 
 NUMBERS, FLOAT, ARRAY = {float, int, np.float64}, np.dtype(float), np.ndarray
+COMPLEX_NUMBERS = {complex, np.complex128}
 
 
 def reader_of(run, bound, fun, args):
@@ -128,12 +129,43 @@ def is_left(problem, bounds, functions, args):
     return any(attempt.left.reason for attempt in found)
 
 
-def taken_from(y0, state):
-    """Write an array of numbers to a state; False if it needs the long way."""
+def taken_from(y0, state, in_pairs=False):
+    """Write an array of numbers to a state; False if it needs the long way.
+
+    A state of complex numbers `in_pairs` takes a list, too.
+    """
+    if in_pairs:
+        return _pairs_taken_from(y0, state)
     if y0.__class__ is not ARRAY or y0.dtype.kind not in "if" or y0.shape != state.shape:
         return False
     try:
         state[...] = y0
     except ValueError:  # numbers that are not aligned
+        return False
+    return True
+
+
+def has_complex(y0):
+    """Whether a state, a list or an array, has complex numbers."""
+    if y0.__class__ is ARRAY:
+        return y0.dtype.kind == "c"
+    known = y0.__class__ is list or y0.__class__ is tuple
+    return known and not COMPLEX_NUMBERS.isdisjoint(map(type, y0))
+
+
+def _pairs_taken_from(y0, state):
+    kind = y0.__class__
+    if kind is ARRAY:
+        if y0.dtype != complex or y0.ndim != 1:
+            return False
+    elif kind is not list and kind is not tuple:
+        return False
+    elif not has_complex(y0) or not {*map(type, y0)} <= COMPLEX_NUMBERS | NUMBERS:
+        return False
+    if 2 * len(y0) != len(state):
+        return False
+    try:
+        state.view(complex)[...] = y0
+    except (OverflowError, ValueError):  # beyond all floats, or not aligned
         return False
     return True
