@@ -11,7 +11,7 @@ import numpy as np
 
 from fastdyn.ensemble.labels import Label, argument_names
 from fastdyn.ensemble.results import Results
-from fastdyn.ensemble.solve import progress_bar
+from fastdyn.ensemble.solve import trajectory_bar
 from fastdyn.ensemble.threads import number_of, work_off
 from fastdyn.ensemble.trajectories import Trajectories
 from fastdyn.kernels.state.record import EVENT, FINISHED, INTERRUPTED, RAISED, STEP_TOO_SMALL
@@ -175,15 +175,12 @@ class _Ensemble:
             solvers.append(copy.copy(solver))
         workers = [_Worker(each, self._queue, self._solve, results) for each in solvers]
         done = DelayTrajectories(facts, p, members, results, 1, "delay equations run one by one")
-        bar = progress_bar(members.count, p.method.name) if progress else None
-        try:
-            work_off(workers, results, bar)
-        except KeyboardInterrupt as interrupt:
-            interrupt.result = done  # pyright: ignore
-            raise
-        finally:
-            if bar is not None:
-                bar.close()
+        with trajectory_bar(progress, p, members.count) as bar:
+            try:
+                work_off(workers, results, bar)
+            except KeyboardInterrupt as interrupt:
+                interrupt.result = done  # pyright: ignore
+                raise
         if (results.status == RAISED).all():
             raise facts.raised[0]
         return done

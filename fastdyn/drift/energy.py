@@ -32,7 +32,7 @@ from fastdyn.problem.second_order_and_pairs import (
 from fastdyn.run.checkpoint import Checkpoint, fingerprint
 from fastdyn.run.functions.followed import keep_true
 from fastdyn.run.laid_out import raise_kept
-from fastdyn.run.loop import announce, progress_bar
+from fastdyn.run.loop import announce, time_bar
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -315,20 +315,17 @@ class _Run:
             }  # fmt: skip
             file = Checkpoint(checkpoint, header)
             survey.restore(file.load())
-        bar = progress_bar(p) if progress else None
         began = time.perf_counter()
-        try:
-            status = survey.run(file, bar)
-        except KeyboardInterrupt:
-            if file is not None and file.save(survey.arrays()):
-                raise KeyboardInterrupt(
-                    f"stopped at t = {survey.t:.6g}; the same call with the same `checkpoint` "
-                    "goes on from there"
-                ) from None
-            raise
-        finally:
-            if bar is not None:
-                bar.close()
+        with time_bar(progress, p) as bar:
+            try:
+                status = survey.run(file, bar)
+            except KeyboardInterrupt:
+                if file is not None and file.save(survey.arrays()):
+                    raise KeyboardInterrupt(
+                        f"stopped at t = {survey.t:.6g}; the same call with the same `checkpoint` "
+                        "goes on from there"
+                    ) from None
+                raise
         if status == RAISED:
             raise_kept(survey.bounds, p)
         if file is not None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 from fastdyn.compile.bind import or_in_python
+from fastdyn.plot.needed import progress_bar
 from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.validate import time_span
@@ -168,24 +169,18 @@ def solved(ensemble, kind, threads, progress, client=None, store=None, block=Non
     vector = ensemble.vector
     width = vector.width if vector else 1
     done = kind(p, ensemble.members, results, width, ensemble.reason, ensemble.wanted)
-    bar = progress_bar(ensemble.members.count, p.method.name) if progress else None
-    try:
-        solve(bar)
-    except KeyboardInterrupt as interrupt:
-        if p.on_interrupt != "return":
-            interrupt.result = done  # pyright: ignore
-            raise
-    finally:
-        if bar is not None:
-            bar.close()
+    with trajectory_bar(progress, p, ensemble.members.count) as bar:
+        try:
+            solve(bar)
+        except KeyboardInterrupt as interrupt:
+            if p.on_interrupt != "return":
+                interrupt.result = done  # pyright: ignore
+                raise
     compare_trajectories(ensemble, results)
     tell_crawl(ensemble.members, p, results)
     return done
 
 
-def progress_bar(count, name) -> Any:
-    """A bar of tqdm for trajectories."""
-    from fastdyn.plot.needed import needed  # no other ensemble needs the folder
-
-    bar = needed("tqdm.auto", "Progress bars need").tqdm
-    return bar(total=count, desc=name, unit=" trajectories")
+def trajectory_bar(wanted, problem, count):
+    """A progress bar of trajectories."""
+    return progress_bar(wanted, total=count, desc=problem.method.name, unit=" trajectories")

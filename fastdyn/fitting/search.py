@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fastdyn.plot.needed import needed
+from fastdyn.plot.needed import progress_bar
 
 from .descent import descend
 from .motion import Failed
@@ -26,22 +26,21 @@ class Found(NamedTuple):
 
 def search(model, trials, max_nfev, progress):
     """Refine the best of the trials; Ctrl-C ends the search with the best values so far."""
-    bar = _bar() if progress else None
-    if bar is not None:
-        model.watch = lambda: _show(bar, model)
-    try:
-        success, message = _searched(model, trials, max_nfev)
-    except KeyboardInterrupt:
-        model.watch, known = None, model.best or model.before
-        if known is None:
-            raise
-        if model.groups:
-            model.take_noise(known)
-        return Found(model.residuals(known.x), False, INTERRUPTED)
-    finally:
-        model.watch = None
+    with progress_bar(progress, desc="fit", unit=" trials", file=sys.stderr) as bar:
         if bar is not None:
-            bar.close()
+            model.watch = lambda: _show(bar, model)
+        try:
+            success, message = _searched(model, trials, max_nfev)
+        except KeyboardInterrupt:
+            model.watch = None
+            known = model.best or model.before
+            if known is None:
+                raise
+            if model.groups:
+                model.take_noise(known)
+            return Found(model.residuals(known.x), False, INTERRUPTED)
+        finally:
+            model.watch = None
     return Found(model.residuals(model.before.x), success, message)
 
 
@@ -108,11 +107,6 @@ def of_loss(model):
 def _named(model, x):
     """Pairs of the names and the values of the parameters at coordinates x."""
     return zip(model.parameters.names, model.parameters.values(x), strict=True)
-
-
-def _bar() -> Any:
-    bar = needed("tqdm.auto", "Progress bars need").tqdm
-    return bar(desc="fit", unit=" trials", file=sys.stderr)
 
 
 def _show(bar, model):

@@ -9,6 +9,7 @@ import numpy as np
 from fastdyn.compile.bind import or_in_python
 from fastdyn.ensemble.threads import number_of
 from fastdyn.kernels.noise.arguments import KEEPS, KICK
+from fastdyn.plot.needed import progress_bar
 from fastdyn.problem.validate import extra_arguments, function, initial_state, time_span
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
@@ -369,20 +370,10 @@ def _walked(asked, runner):
         for name, gather in asked.reduce.items():
             found[name].append(np.array(gather(float(times[k]), runner.seen.T)))
 
-    bar = _bar(steps.n_steps) if asked.progress else None
-    try:
+    with progress_bar(asked.progress, total=steps.n_steps, unit=" steps") as bar:
         runner.to(ends.tolist(), each, bar)
-    finally:
-        if bar is not None:
-            bar.close()
     reduced = {name: stacked(name, parts) for name, parts in found.items() if parts}
     return times, y, reduced
-
-
-def _bar(n_steps) -> Any:
-    from fastdyn.plot.needed import needed  # no other solve needs the folder
-
-    return needed("tqdm.auto", "Progress bars need").tqdm(total=n_steps, unit=" steps")
 
 
 def _brownian(asked, m):

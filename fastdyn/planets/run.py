@@ -14,7 +14,7 @@ from fastdyn.kernels.state.record import FINISHED, MEETING, RUNNING, STATE, Y
 from fastdyn.problem import validate
 from fastdyn.problem.step_options import fixed_step
 from fastdyn.run.checkpoint import Checkpoint, fill
-from fastdyn.run.loop import next_chunk, progress_bar
+from fastdyn.run.loop import next_chunk, time_bar
 from fastdyn.run.outcome import SUCCESS, outcome
 from fastdyn.run.result import Ended, made
 from fastdyn.specialise.scalar import wisdom_holman_by_words_kernel, wisdom_holman_kernel
@@ -175,12 +175,8 @@ def solve(planets, t_span, step, t_eval, corrector, checkpoint, progress):
     t_eval = np.array([t0, tf] if t_eval is None else t_eval, float)
     steps = Steps(planets, step, t0, tf, corrector)
     found = _Outputs(steps, t_eval, checkpoint)
-    bar = progress_bar(steps) if progress else None
-    try:
+    with time_bar(progress, steps) as bar:
         status = found.run(bar)
-    finally:
-        if bar is not None:
-            bar.close()
     steps.tell()
     n = int(found.filled[0])
     return made(

@@ -1,5 +1,6 @@
 """matplotlib and tqdm: only figures and progress bars need them, a solve does not."""
 
+import contextlib
 import importlib
 from typing import Any
 
@@ -21,3 +22,10 @@ def needed(name, purpose="Figures need") -> Any:
             raise  # the library is installed, but one of its own imports fails
         sentence = f"{purpose} {library}: python -m pip install {library}"
         raise ModuleNotFoundError(sentence, name=library) from None
+
+
+def progress_bar(wanted, **options) -> Any:
+    """A context with a bar of tqdm, which closes at the end; with None if it is not `wanted`."""
+    if not wanted:
+        return contextlib.nullcontext()
+    return needed("tqdm.auto", "Progress bars need").tqdm(**options)

@@ -20,6 +20,7 @@ from fastdyn.kernels.state.record import (
     STOPPED,
     Y,
 )
+from fastdyn.plot.needed import progress_bar
 
 from .functions.compared import Compared
 from .functions.crawling import counts_beyond
@@ -329,56 +330,53 @@ class Run(LaidOut):
             status = from_arrays(saved, self)
             self.lay_output()
         state = self.view("solve.state")
-        bar = progress_bar(p) if p.progress else None
         done = int(state["n_accepted"][0])
         crawls_to = np.inf if p.method.name in SHARED_METHODS else MOST_AHEAD
         looks = Looks(self, done, MANY_AHEAD if self.may_follow else MOST_AHEAD, crawls_to)
-        try:
-            while status in GOES_ON:
-                if looks.end(done):
-                    return STEP_TOO_SMALL
-                if status == FULL:
-                    self.output.make_room()
-                    self.lay_output()
-                left = p.max_steps - done
-                if left <= 0:
-                    return STEP_LIMIT
-                alone = p.callback or follower is not None
-                n_steps = 1 if alone else int(min(chunk, left, looks.left(done)))
-                if follower is not None:
-                    follower.follow(self)
-                began = perf_counter()
-                worked = thread_time()
-                status = self.step(n_steps)
-                tier.record_time(thread_time() - worked)
-                spent = perf_counter() - began
-                before = done
-                done = int(state["n_accepted"][0])
-                if status == RUNNING:
-                    chunk = next_chunk(n_steps, spent)
-                    tier.promote()
-                if bar is not None:
-                    bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)
-                if file is not None and (file.due() or status not in GOES_ON):
+        with time_bar(p.progress, p) as bar:
+            try:
+                while status in GOES_ON:
+                    if looks.end(done):
+                        return STEP_TOO_SMALL
+                    if status == FULL:
+                        self.output.make_room()
+                        self.lay_output()
+                    left = p.max_steps - done
+                    if left <= 0:
+                        return STEP_LIMIT
+                    alone = p.callback or follower is not None
+                    n_steps = 1 if alone else int(min(chunk, left, looks.left(done)))
+                    if follower is not None:
+                        follower.follow(self)
+                    began = perf_counter()
+                    worked = thread_time()
+                    status = self.step(n_steps)
+                    tier.record_time(thread_time() - worked)
+                    spent = perf_counter() - began
+                    before = done
+                    done = int(state["n_accepted"][0])
+                    if status == RUNNING:
+                        chunk = next_chunk(n_steps, spent)
+                        tier.promote()
+                    if bar is not None:
+                        bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)
+                    if file is not None and (file.due() or status not in GOES_ON):
+                        file.save(to_arrays(status, self))
+                    if p.callback and done > before:
+                        if stops(p.callback, self) and status in GOES_ON:
+                            return STOPPED
+                        self.follow_again()
+            except KeyboardInterrupt:
+                if file is not None and status in GOES_ON:
                     file.save(to_arrays(status, self))
-                if p.callback and done > before:
-                    if stops(p.callback, self) and status in GOES_ON:
-                        return STOPPED
-                    self.follow_again()
-        except KeyboardInterrupt:
-            if file is not None and status in GOES_ON:
-                file.save(to_arrays(status, self))
-            raise
-        finally:
-            if bar is not None:
-                bar.close()
+                raise
         return status
 
 
-def progress_bar(problem):
-    from fastdyn.plot.needed import needed  # no other solve needs the folder
-
-    return needed("tqdm.auto", "Progress bars need").tqdm(
+def time_bar(wanted, problem):
+    """A progress bar of the time."""
+    return progress_bar(
+        wanted,
         total=abs(problem.tf - problem.t0),
         desc=problem.method.name,
         bar_format="{l_bar}{bar}| t {n:.4g}/{total:.4g} [{elapsed}<{remaining}]",
