@@ -78,7 +78,9 @@ def by_scipy(asked, method):
     given = given.copy() if numbers else y0.tolist()  # SciPy's solver writes to an array
     callback = options.get("callback")
     stopped = []
-    for name, _ in refused_among(options, "SciPy") if t0 != tf else ():
+    refused = refused_among(options, "SciPy")
+    refused += [each for each in refused_among(options, f"SciPy's {method}") if options[each[0]]]
+    for name, _ in refused if t0 != tf else ():
         raise ValueError(
             f"`{name}` is for compiled methods and real states; this solve is SciPy's."
         )

@@ -72,3 +72,15 @@ def test_a_prepared_solver_says_that_it_cannot():
     assert np.array_equal(
         prepare(bounce, (0, 3), [1.0, 0.0])().y, solve_ivp(bounce, (0, 3), [1.0, 0.0]).y
     )
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning", "ignore:The following arguments")
+def test_the_shortest_step_is_refused_where_scipys_lsoda_would_drop_it():
+    def writes(t, y):
+        y[0] *= 0.5
+        return [y[1], -y[0]]
+
+    with pytest.raises(ValueError, match="`min_step` is for compiled methods"):
+        solve_ivp(writes, (0, 5), [1.0, 0.0], "LSODA", min_step=0.5)
+    for method, shortest in (("LSODA", 0.0), ("RK45", 0.5)):  # that warns, as SciPy does
+        assert solve_ivp(writes, (0, 1), [1.0, 0.0], method, min_step=shortest).success

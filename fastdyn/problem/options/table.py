@@ -18,6 +18,7 @@ from ..lsoda import NAME as LSODA
 SITUATIONS = {
     "complex": "a complex state in compiled code",
     "SciPy": "a solver class of SciPy's, and problems that are left to SciPy",
+    "SciPy's LSODA": "a problem that is left to SciPy's LSODA, which has not read it since 1.17",
     "discrete": "a solve with `discrete`: the longer Jacobian has another band",
     "sensitivity": "a solve with `sensitivity`",
     "adjoint": "a solve with `adjoint`",
@@ -233,8 +234,9 @@ ALL_OPTIONS = (
     ),
     Option(
         "min_step", "float", 'For "LSODA", as in SciPy: the shortest step.',
-        lsoda, default=0.0, kind=kinds.number, refused=_not("solve_dae", "solve_dae_ensemble"),
-        scipys=True, matlab="MinStep",
+        lsoda, default=0.0, kind=kinds.number,
+        refused=_not("solve_dae", "solve_dae_ensemble", "SciPy's LSODA"), scipys=True,
+        matlab="MinStep",
     ),
     Option(
         "mass", "array_like, shape (n, n), or callable",
