@@ -37,9 +37,9 @@ ROWS = [
 TABLE = {"solve_ivp of a library": (call_of, OF_CALL, ROWS)}
 
 
-@pytest.mark.parametrize(("call", "given", "words"), rows_of(TABLE))
-def test_a_slip_is_answered(call, given, words):
-    assert words in said_to(call, given)
+@pytest.mark.parametrize(("call", "given", "words", "kind"), rows_of(TABLE))
+def test_a_slip_is_answered(call, given, words, kind):
+    assert words in said_to(call, given, kind)
 
 
 @pytest.mark.parametrize("name", ["jax", "torch", "pytensor"])

@@ -129,9 +129,9 @@ TABLE = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("call", "given", "words"), rows_of(TABLE))
-def test_a_slip_is_answered(call, given, words):
-    assert words in said_to(call, given)
+@pytest.mark.parametrize(("call", "given", "words", "kind"), rows_of(TABLE))
+def test_a_slip_is_answered(call, given, words, kind):
+    assert words in said_to(call, given, kind)
 
 
 def test_an_index_of_deval_beyond_the_components():

@@ -89,6 +89,6 @@ TABLE = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("call", "given", "words"), rows_of(TABLE))
-def test_a_slip_is_answered(call, given, words):
-    assert words in said_to(call, given)
+@pytest.mark.parametrize(("call", "given", "words", "kind"), rows_of(TABLE))
+def test_a_slip_is_answered(call, given, words, kind):
+    assert words in said_to(call, given, kind)

@@ -199,9 +199,9 @@ TABLE = {
 ENSEMBLE = PENDULUM.ensemble((0.0, 0.1), l=[1.0, 2.0, 3.0])
 
 
-@pytest.mark.parametrize(("call", "given", "words"), rows_of(TABLE))
-def test_a_slip_is_answered(call, given, words):
-    assert words in said_to(call, given)
+@pytest.mark.parametrize(("call", "given", "words", "kind"), rows_of(TABLE))
+def test_a_slip_is_answered(call, given, words, kind):
+    assert words in said_to(call, given, kind)
 
 
 MOTION = PENDULUM.solve((0.0, 0.1))

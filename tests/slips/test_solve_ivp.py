@@ -217,6 +217,6 @@ OPTIONS = [
 TABLE = {"solve_ivp": (fastdyn.solve_ivp, OF_IVP, [*METHOD, *ARGUMENTS, *OF_EVENTS, *OPTIONS])}
 
 
-@pytest.mark.parametrize(("call", "given", "words"), rows_of(TABLE))
-def test_a_slip_is_answered(call, given, words):
-    assert words in said_to(call, given)
+@pytest.mark.parametrize(("call", "given", "words", "kind"), rows_of(TABLE))
+def test_a_slip_is_answered(call, given, words, kind):
+    assert words in said_to(call, given, kind)

@@ -31,8 +31,11 @@ def hit(**attributes):
     return hit
 
 
-def said_to(call, given):
-    """The message of the exception with its notes, or the warnings if the call went through."""
+def said_to(call, given, kind=None):
+    """The message of the exception with its notes, or the warnings if the call went through.
+
+    The exception is one of the class `kind`, if a row of a table names one.
+    """
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         try:
@@ -40,16 +43,29 @@ def said_to(call, given):
         except Reached:
             pass
         except (TypeError, ValueError, OverflowError) as error:
+            assert kind in (None, type(error))
             return "\n".join([str(error), *getattr(error, "__notes__", ())])
+    assert kind is None
     return "\n".join(str(one.message) for one in heard)
 
 
+def of_kind(kind, rows):
+    """Rows with the class of their exceptions."""
+    return [(*row, kind) for row in rows]
+
+
 def rows_of(table):
-    """The parameters (call, arguments, words) of a table {name: (call, a right call, rows)}."""
+    """The parameters (call, arguments, words, class of the exception or None) of a table.
+
+    The table is {name: (call, a right call, rows)}; a row has what differs from the right call,
+    words, and perhaps the class.
+    """
     return [
-        pytest.param(call, base | given, words, id=f"{name} {' '.join(given)} {i}")
+        pytest.param(
+            call, base | given, words, *(kind or [None]), id=f"{name} {' '.join(given)} {i}"
+        )
         for name, (call, base, rows) in table.items()
-        for i, (given, words) in enumerate(rows)
+        for i, (given, words, *kind) in enumerate(rows)
     ]
 
 
@@ -77,9 +93,9 @@ STATES = [
     ({"y0": 1.0}, "y0=[1.0]"),
     ({"y0": None}, "`y0` must be numbers; got None"),
     ({"y0": "1, 0"}, "`y0` must be numbers; got the text '1, 0'"),
-    ({"y0": ["1", "0"]}, "`y0` must be numbers; got ['1', '0']"),
-    ({"y0": np.array(["1"])}, "`y0` must be numbers"),
-    ({"y0": [b"1"]}, "`y0` must be numbers"),
+    ({"y0": ["1", "0"]}, "`y0` must be numbers; got ['1', '0']", TypeError),
+    ({"y0": np.array(["1"])}, "`y0` must be numbers", TypeError),
+    ({"y0": [b"1"]}, "`y0` must be numbers", TypeError),
     ({"y0": [1.0, "x"]}, "`y0` must be numbers; got [1.0, 'x']"),
     ({"y0": [1.0, None]}, "All components of the initial state `y0` must be finite"),
     ({"y0": {"x": 1.0}}, "`y0` must be numbers; got {'x': 1.0}"),
