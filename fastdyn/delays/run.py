@@ -15,7 +15,7 @@ from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.state.record import STATE, K
 from fastdyn.run import output
 from fastdyn.run.begin import shape_of
-from fastdyn.run.enough_memory import memory_of_machine
+from fastdyn.run.enough_memory import check_room
 from fastdyn.run.functions.compared import LATER
 from fastdyn.run.loop import Run
 from fastdyn.run.memory import plan
@@ -75,16 +75,15 @@ class OnePiece(output.Output):
         o["n_dense"] = left
 
     def _check_memory(self):
-        wanted = 8 * self._n_polynomials * self._rows * self._n
-        there = memory_of_machine()
-        if wanted > SHARE * there:
-            raise MemoryError(
-                f"the steps of the delay equation up to t = {self.spans[-1].sum():.10g} take "
-                f"{wanted / 2e9:.1f} GB, and this machine has {there / 1e9:.1f}: steps are kept as "
-                "long as any delay may read them, all of them where delays depend on the time or "
-                "the state, or with `dense_output`. End the span earlier, or loosen `rtol` and "
-                "`atol`."
-            )
+        t = self.spans[-1].sum()
+        check_room(
+            self._n_polynomials * self._rows * self._n,
+            f"room for twice the steps of the delay equation up to t = {t:.10g} takes",
+            "steps are kept as long as any delay may read them, all of them where delays depend "
+            "on the time or the state, or with `dense_output`. End the span earlier, or loosen "
+            "`rtol` and `atol`",
+            SHARE,
+        )
 
     def since(self, t0):
         """The time from which on functions can be called: all that they read is kept."""

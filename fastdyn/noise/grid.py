@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from fastdyn.kernels.noise.arguments import MOST_LEVELS
-from fastdyn.run.enough_memory import SHARE, memory_of_machine
 from fastdyn.words.kinds import shown
 
 MOST_STEPS = 2**53
@@ -49,16 +48,6 @@ def grid(t0, tf, step, refine):
             f"where numbers are {least:.3g} apart."
         )
     return Grid(t0, tf, interval * 0.5**refine, interval, refine, n << refine)
-
-
-def check_room(count, of_what, advice):
-    """Raise MemoryError if as many numbers exceed the memory of this machine."""
-    there = memory_of_machine()
-    if 8 * count > SHARE * there:
-        raise MemoryError(
-            f"{of_what} are {8 * count / 1e9:.3g} GB, and this machine has {there / 1e9:.0f}: "
-            f"{advice}."
-        )
 
 
 def outputs(grid, t_eval):

@@ -11,12 +11,13 @@ from fastdyn.ensemble.threads import number_of
 from fastdyn.kernels.noise.arguments import KEEPS, KICK
 from fastdyn.plot.needed import progress_bar
 from fastdyn.problem.validate import extra_arguments, function, initial_state, time_span
+from fastdyn.run.enough_memory import check_room
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 from fastdyn.words.kinds import shown
 
 from .equations import ConstantColumn, Equations, check_events, equations, passages_of
-from .grid import check_room, grid, outputs
+from .grid import grid, outputs
 from .paths import Paths, Solved, Taken
 from .plan import NoDerivative, Plan, bound_functions, kernel_of, method_for, near_of, noise_of
 from .pulses import warn_of_pulses
@@ -293,14 +294,14 @@ def _asked(t_span, y0, args, progress, **options):
     if t_eval is not None:
         times = np.asarray(t_eval, float)
     elif single:
-        check_room(y0.shape[1] * (steps.n_steps + 1), "all steps of the path", "give `t_eval`")
+        check_room(y0.shape[1] * (steps.n_steps + 1), "all steps of the path are", "give `t_eval`")
         times = steps.t0 + steps.h * np.arange(steps.n_steps + 1)
         times[-1] = steps.tf
     else:
         times = None
     check_room(
         y0.shape[1] * n_paths * (1 + (0 if times is None or reduce else len(times))),
-        "the states",
+        "the states are",
         "take fewer `paths`, or `reduce`",
     )
     key = int(np.random.default_rng(rng).integers(KEYS, dtype=np.uint64, endpoint=False))

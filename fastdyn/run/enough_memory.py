@@ -1,4 +1,4 @@
-"""A check before allocation: do the full matrices of a problem fit into this machine?"""
+"""Checks before allocation: do the arrays of a problem fit into this machine?"""
 
 import math
 import os
@@ -21,18 +21,25 @@ def memory_of_machine():
         return math.inf
 
 
+def check_room(count, of_what, advice, share=SHARE, error=MemoryError):
+    """Raise an error if as many numbers exceed a share of the memory of this machine."""
+    there = memory_of_machine()
+    if 8 * count > share * there:
+        raise error(
+            f"{of_what} {8 * count / 1e9:.3g} GB, and this machine has {there / 1e9:.3g}: {advice}."
+        )
+
+
 def check_full_matrices(method, band, n, rows):
     """Raise MemoryError if matrices of n columns and `rows` rows exceed the memory."""
-    wanted = 8 * n * method.rows(rows)
-    there = memory_of_machine()
-    if wanted > SHARE * there:
-        how = (
-            "give solve_ivp `lband` and `uband`" if method.name == LSODA
-            else "name the elements of the Jacobian that are not zero by `jac_sparsity`, or return "
-            "sparse matrices from `jac`"
-        )  # fmt: skip
-        raise (MemoryError if band == NO_BAND else KeepsBands)(
-            f"{method.name} keeps {method.n_matrices} matrices of {rows} rows and {n} columns, "
-            f"{wanted / 1e9:.0f} GB, and this machine has {there / 1e9:.0f}: {how}, or take an "
-            "explicit method."
-        )
+    how = (
+        "give solve_ivp `lband` and `uband`" if method.name == LSODA
+        else "name the elements of the Jacobian that are not zero by `jac_sparsity`, or return "
+        "sparse matrices from `jac`"
+    )  # fmt: skip
+    check_room(
+        n * method.rows(rows),
+        f"{method.name} keeps {method.n_matrices} matrices of {rows} rows and {n} columns,",
+        f"{how}, or take an explicit method",
+        error=MemoryError if band == NO_BAND else KeepsBands,
+    )

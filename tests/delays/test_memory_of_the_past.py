@@ -8,7 +8,7 @@ import pytest
 
 from fastdyn import solve_dde
 from fastdyn.delays import prepare_dde, run
-from fastdyn.run import checkpoint
+from fastdyn.run import checkpoint, enough_memory
 
 OPTIONS = {"args": (0.2, 0.1, 14.0), "rtol": 1e-7, "atol": 1e-7}
 TIMES = np.linspace(0, 1500, 4)
@@ -104,7 +104,7 @@ def test_a_solver_follows_the_delays_of_its_events(terminal, monkeypatch):
 
 
 def test_a_past_that_grows_beyond_the_memory_is_told(monkeypatch):
-    monkeypatch.setattr(run, "memory_of_machine", lambda: 2e4)
+    monkeypatch.setattr(enough_memory, "memory_of_machine", lambda: 2e4)
     with pytest.raises(MemoryError, match="all of them where delays depend on the time or the sta"):
         solve_dde(governed, (0, 900), [0.5], **{**OPTIONS, "args": (2.2, 0.4, 0.0)})
 
