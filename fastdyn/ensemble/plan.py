@@ -17,6 +17,7 @@ from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS, refused_among, refused_by
 from fastdyn.problem.schedules import SHORTHANDS, listed
 from fastdyn.problem.second_order_and_pairs import check_second_order
+from fastdyn.run.begin import counts_inside
 from fastdyn.run.functions.switching import switching_of_members
 
 from . import reductions, times
@@ -216,7 +217,7 @@ def _vector_kernel(problem, members, wanted):
         of_method: Any = functools.partial(series_kernel, order, *given)
     else:
         of_method = functools.partial(kernel, p.method.name, *given, **of_mass)
-    events = [event.function for event in p.events or ()]
+    events = [(event.function, counts_inside(p.method, event)) for event in p.events or ()]
     folds = reductions.folds(wanted)
     others = [fold.of_state(members.n, reductions.n_copies(wanted)) for fold in folds]
     reason = ""

@@ -46,8 +46,7 @@ class Event:
     act : callable or None
         The function of `on_event`.
     decides : bool
-        Whether the event decides what follows, as that of a phase: each crossing counts, also two
-        within a step of a method that counts one, as SciPy does.
+        Whether the event ends a phase.
     origin : callable or None
         The function of a shorter state, if `function` is a form of one (`of_own`).
     asked : tuple
@@ -100,6 +99,14 @@ class Event:
         """The rules that change which zeros count, without `known`: their values by their names."""
         others = {name: getattr(self, name) for name in RULES if name not in known}
         return {name: value for name, value in others.items() if value != getattr(PLAIN, name)}
+
+    @property
+    def steers(self):
+        """True if the event decides what follows, by its action or as the end of a phase.
+
+        Each crossing counts then, also two within a step of a method that counts one, as SciPy.
+        """
+        return self.decides or self.act is not None
 
     @property
     def has_occurred(self):

@@ -93,7 +93,7 @@ def event_table(problem, others, order=None) -> Any:
     method = problem.method
     for row, event in zip(table, events, strict=True):
         row["jump"] = 0 if event.act is None else next(blocks)
-        row["inside"] = COUNTS if method.looks_inside or event.decides else KEEPS
+        row["inside"] = COUNTS if counts_inside(method, event) else KEEPS
     if not events:
         return table
     table["unit"] = unit_of_times(problem, problem.t0, problem.tf)
@@ -107,6 +107,11 @@ def event_table(problem, others, order=None) -> Any:
             table[0]["middle"] = SERIES
     table[0]["find"] = find().address
     return table
+
+
+def counts_inside(method, event):
+    """Whether each crossing of an event within a step counts."""
+    return method.looks_inside or event.steers
 
 
 def unit_of_times(problem, t0, tf):

@@ -155,7 +155,7 @@ class LaidOut(PythonBetween):
             fill_tolerances(self._image, self.plan, p)
         rules = p.events and [
             unit_of_times(p, p.t0, p.tf),
-            *[(e.rules, e.decides) for e in p.events],
+            *[(e.rules, e.steers) for e in p.events],
         ]
         if rules and (self._rules != rules or p.method.series):
             self._rules = rules

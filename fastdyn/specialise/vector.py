@@ -49,22 +49,25 @@ def _accumulate(*given):
     return False
 
 
-def _in_turn(one, functions, row, n_rows=1):
+def _in_turn(each, functions, row, n_rows=1):
     """The function that `lanes.adaptive` calls after a step; None without functions.
 
-    The function calls `one` for each of `functions`, with the rows from `row` on, `n_rows` for
-    each, and returns the "or" of the results.
+    The function calls those of `each` for each of `functions`, with the rows from `row` on,
+    `n_rows` for each, and returns the "or" of the results.
     """
     together = None
-    for i, function in enumerate(functions):
+    for i, (one, function) in enumerate(zip(each, functions, strict=True)):
         together = _with_another(together, one, function, row + n_rows * i)
     return together
 
 
 def _watched(functions, inside):
-    """The function that tells in which lanes an event may have occurred; None without functions."""
-    crossed = events_and_folds.crossed_inside if inside else events_and_folds.crossed
-    return _in_turn(crossed, functions, N_FIELDS, 2)
+    """The function that tells in which lanes an event may have occurred; None without functions.
+
+    `inside` has, for each function, whether its crossings within a step count.
+    """
+    crossed = events_and_folds.crossed, events_and_folds.crossed_inside
+    return _in_turn([crossed[each] for each in inside], functions, N_FIELDS, 2)
 
 
 def _with_another(before, one, function, row):
@@ -114,9 +117,9 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
         The start, the end and a state of the solves.
     extrema : bool
         Whether the kernel also finds the extrema of the state.
-    between : pair of sequences of callable
-        Events and folds.  An event takes (t, y), a fold takes (t, [value, y]); both return one
-        number.
+    between : pair of sequences
+        Events and folds.  An event is a function of (t, y), and whether its crossings within a step
+        count; a fold is a function of (t, [value, y]).  The functions return one number.
     mass : pair of lists of int, optional
         The rows and the columns of the elements of a mass matrix.
 
@@ -134,11 +137,11 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
         raise Uncompilable(f"the steps of {name} are not written for vectors")
     check_length(n)
     events, folds = between
-    inside = METHODS[name].looks_inside
-    if events and inside and mass is not None:
+    inside = [each for _, each in events]
+    if any(inside) and mass is not None:
         raise Uncompilable("slopes of equations with a mass matrix are not those of the state")
     functions = [(fun, mode, n // 2 if mode.second_order else n)]
-    functions += [(event, EVENT, n) for event in events]
+    functions += [(event, EVENT, n) for event, _ in events]
     functions += [(fold, EVENT, n + 1) for fold in folds]
     forms = [
         vector_form(function, args, varying, how, length, near, width())
@@ -151,7 +154,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
         derived = forms[0].jacobian(METHODS[name].by_time)
         _check_elimination(derived[0], n, mass)
     keys = [form.key for form in forms]
-    key = f"lanes {name} {n} {width()} {extrema} {len(events)} {inside} {mass} {keys}"
+    key = f"lanes {name} {n} {width()} {extrema} {inside} {mass} {keys}"
     sizes = [form.n_words for form in forms]
     symbols = [f"{FUNCTION}{i}" for i in range(len(forms))]
     texts = {symbol: form.text for symbol, form in zip(symbols, forms, strict=True)}
@@ -168,14 +171,15 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
         user, *others = [named(s, form.n_results) for s, form in zip(symbols, forms, strict=True)]
         numbers = [number(f, sum(sizes[: i + 1])) for i, f in enumerate(others)]
         watched = _watched(numbers[: len(events)], inside)
-        accumulated = _in_turn(_accumulate, numbers[len(events) :], N_FIELDS + 2 * len(events))
+        summed = numbers[len(events) :]
+        accumulated = _in_turn([_accumulate] * len(summed), summed, N_FIELDS + 2 * len(events))
         given = [extrema or None, watched, accumulated]
         if derived is not None:
             given.append(_derivatives(derived[0], mass))
         kernel = method.lane_kernel(right_hand_side(user), Form(n, width()), *given)
         return kernel, ADVANCE_VECTORS
 
-    place = f"waits {name} {n} {width()} {extrema} {len(events)} {shapes} {structure}"
+    place = f"waits {name} {n} {width()} {extrema} {inside} {shapes} {structure}"
     compiled = linked(key, place, texts, build, module_of(METHODS[name]), "specialise.vector")
     keepalive, parameters = [compiled, forms], [form.parameters for form in forms]
     watches, accumulates = bool(events), bool(folds)

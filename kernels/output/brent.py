@@ -96,9 +96,9 @@ def crossing(e, d, t_from, t_new, t_old, h, y, out):
 def takes_edges(e):
     """Whether an interval on which the function of an event is exactly zero has two occurrences.
 
-    Events of methods with SciPy's results that do not change the state occur as SciPy's do.
+    Those of methods with SciPy's results that decide nothing occur as SciPy's do.
     """
-    return e.jump != 0 or e.inside == COUNTS
+    return e.inside == COUNTS
 
 
 @njit(**INTERNAL)

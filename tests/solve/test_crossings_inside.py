@@ -300,11 +300,6 @@ def by_mass(event):
     solve_ivp(slowly, SPAN, [1.0], "Radau", events=event, mass=np.array([[2.0]]))
 
 
-def by_actions(event):
-    given = {"events": event, "on_event": lambda t, y: [y[0], y[1]], "rtol": 1e-6}
-    solve_ivp(turning, (0, 20), [-1.0, 0.0], "DOP853", **given)
-
-
 def by_sensitivities(event):
     given = {"args": (1.0,), "sensitivity": ["w"], "rtol": 1e-3}
     solve_ivp(moving, (0, 20), [-1.0, 0.0], "DOP853", events=event, **given)
@@ -314,7 +309,7 @@ def by_sensitivities(event):
     "way",
     [
         by_again, by_prepared, by_stepper, by_an_ensemble, by_phases, by_dae, by_mass,
-        by_actions, by_sensitivities,
+        by_sensitivities,
     ],
 )  # fmt: skip
 def test_each_way_of_a_solve_tells_of_lost_crossings(way):

@@ -118,13 +118,12 @@ def note_lost(solve, table, d, t, scratch):
         n = _points(e, d, t, s.t_old, h, points, scratch)
         e.size = 0.0
         flat = _flat(points, n)
-        edges = flat >= 0
-        if edges and e.jump == 0:
+        if flat >= 0:
             if not is_noise(solve, e, d, points, n, scratch):
                 e.lost = e.lost_next = points[TIME, flat]
                 lost = 1
-        elif _loses(solve, e, d, points, n, edges, scratch):
-            _time_lost(e, d, s.t_old, h, points, n, edges, scratch)
+        elif _loses(solve, e, d, points, n, scratch):
+            _time_lost(e, d, s.t_old, h, points, n, scratch)
             lost = 1
         if raised(e.block):  # where SciPy does not look, nothing raises
             words_at(e.block)[RAISED_WORD] = 0
@@ -166,7 +165,7 @@ def note_inside(solve, o, events, i, d, t, meets, end, scratch):
     changes = 0
     if e.within == COUNTS:
         n = _points(e, d, t, s.t_old, h, points, scratch)
-        changes = _changes(points, n, 0.0, False)
+        changes = _changes(points, n, 0.0)
         if _has_zeros(points, n):
             return _note_edges(s, o, events, i, d, (points, n), t, meets, end, scratch)
         if changes > 1 and is_noise(solve, e, d, points, n, scratch):
@@ -334,16 +333,13 @@ def _turn(e, d, t_old, h, points, k, y, out):
 
 
 @njit(**INTERNAL)
-def _changes(points, n, direction, edges):
-    """The number of changes of sign between points in a direction, without those at zeros.
-
-    With `edges`, a function that becomes zero, or leaves zero, counts.
-    """
+def _changes(points, n, direction):
+    """The number of changes of sign between points in a direction, without those at zeros."""
     side = np.nan
     changes = 0
     for k in range(n):
         g = points[VALUE, k]
-        if abs(g) > 0.0 or (edges and g == 0.0):
+        if abs(g) > 0.0:
             turn = np.sign(g) - side
             if abs(turn) > 0.0 and turn * direction >= 0.0:
                 changes += 1
@@ -352,38 +348,27 @@ def _changes(points, n, direction, edges):
 
 
 @njit(**INTERNAL)
-def _is_lost(e, points, n, edges):
-    """Whether a step has more occurrences of an event than SciPy's."""
-    several = edges or _changes(points, n, 0.0, False) > 1
-    return several and _changes(points, n, e.direction, edges) > changes_sign(e)
-
-
-@njit(**INTERNAL)
-def _loses(solve, e, d, points, n, edges, scratch):
-    """`_is_lost`, of the crossings that are no noise; points of noise become zero."""
-    while _is_lost(e, points, n, edges):
-        if edges or not fill_shallow(solve, e, d, points, n, scratch):
+def _loses(solve, e, d, points, n, scratch):
+    """Whether a step has more occurrences of an event than SciPy's; points of noise become zero."""
+    while _changes(points, n, 0.0) > 1 and _changes(points, n, e.direction) > changes_sign(e):
+        if not fill_shallow(solve, e, d, points, n, scratch):
             return True
     return False
 
 
 @njit(**INTERNAL)
-def _time_lost(e, d, t_old, h, points, n, edges, scratch):
+def _time_lost(e, d, t_old, h, points, n, scratch):
     """Note the times of the first two changes of sign between points."""
     at = 0
     for k in range(1, n):
         was = points[VALUE, at]
         now = points[VALUE, k]
-        begin = points[TIME, at]
-        stop = points[TIME, k]
-        if now == 0.0 and not edges:
+        if now == 0.0:
             continue
+        begin = points[TIME, at]
         at = k
-        if was * now < 0.0 or (edges and (was == 0.0) != (now == 0.0)):
-            if was == 0.0:
-                root = edge(e, d, begin, stop, t_old, h, scratch[0], scratch[1])
-            else:
-                root = crossing(e, d, begin, stop, t_old, h, scratch[0], scratch[1])
+        if was * now < 0.0:
+            root = crossing(e, d, begin, points[TIME, k], t_old, h, scratch[0], scratch[1])
             if e.lost == e.lost:
                 e.lost_next = root
                 return
