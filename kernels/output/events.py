@@ -56,9 +56,14 @@ def accept(events):
     """Let the next step begin with the values at the end of this step."""
     for i in range(len(events)):
         e = events[i]
-        stays = e.g == 0.0 and e.g_new == 0.0 and e.jump != 0
+        e.begins = STAYS if _stays(e) else PLAIN
         e.g = e.g_new
-        e.begins = STAYS if stays else PLAIN
+
+
+@njit(**INLINED)
+def _stays(e):
+    """True if the function of an event that changes the state was zero in all of a step."""
+    return e.g == 0.0 and e.g_new == 0.0 and e.jump != 0
 
 
 @njit(**INTERNAL)
@@ -94,19 +99,20 @@ def changes_sign(e):
     up = e.g <= 0.0 and e.g_new >= 0.0
     down = e.g >= 0.0 and e.g_new <= 0.0
     wanted = (up and e.direction >= 0.0) or (down and e.direction <= 0.0)
-    return 1 if wanted and not (e.jump != 0 and _rests(e)) else 0
+    return 1 if wanted and not rests(e, e.g_new) else 0
 
 
 @njit(**INTERNAL)
-def _rests(e):
-    """True if the function of an event that changes the state was zero, and did not leave zero.
+def rests(e, g):
+    """True if the function of an event that changes the state was zero, and has not left zero.
 
-    Such an event is switched off, or stays in contact.  An event that leaves an interval of zeros
-    occurs at the end of the interval; see `is_contact` for a zero by itself.
+    `g` is a later value in the same step.  Such an event is switched off, or stays in contact.  An
+    event that leaves an interval of zeros occurs at the end of the interval; see `is_contact` for a
+    zero by itself.
     """
-    if e.begins == PLAIN:
-        return e.g == 0.0 and e.g_new == 0.0
-    return e.g_new == 0.0 and (e.g == 0.0 or e.begins != LEAVES)
+    if e.jump == 0 or g != 0.0:
+        return False
+    return e.g == 0.0 or e.begins == TOUCHES
 
 
 @njit(**INLINED)
@@ -287,6 +293,8 @@ def _meet(events, first, n, end, d, s, scratch):
     for i in range(len(table)):
         e = table[i]
         if not e.active:
+            if t != s.t_old and _stays(e):
+                e.begins = STAYS
             continue
         if never_ends(e, t):
             return ENDLESS

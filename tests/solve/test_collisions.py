@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fastdyn import solve_ivp
+from fastdyn import prepare, solve_dae, solve_ensemble, solve_ivp
 from tests.support.impacts import impacts, marked
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-13}
@@ -54,8 +54,9 @@ def test_newtons_cradle_hands_the_velocity_on():
     assert np.abs(y[4, 1::2] - 1.0).max() <= 8 * n * GAP and np.abs(y[:4, 1::2]).max() <= n * GAP
 
 
+@pytest.mark.parametrize("method", ["RK45", "Tsit5", "Taylor"])
 @pytest.mark.parametrize("masses", [(3.0, 1.0, 3.0), (1.0, 1.0, 1.0), (5.0, 1.0, 1.0, 7.0)])
-def test_bodies_that_touch_collide_one_after_the_other_at_one_time(masses):
+def test_bodies_that_touch_collide_one_after_the_other_at_one_time(masses, method):
     n = len(masses)
     v = np.eye(n)[0]
     count = np.zeros(n - 1, int)
@@ -65,13 +66,83 @@ def test_bodies_that_touch_collide_one_after_the_other_at_one_time(masses):
         v, count[i] = y[n:], count[i] + 1
     run = solve_ivp(
         lambda t, y: [*y[n:], *(0.0 * y[:n])], (0.0, 3.0), [-1.0, *np.zeros(n - 1), *np.eye(n)[0]],
-        events=[contact(i) for i in range(n - 1)],
+        method, events=[contact(i) for i in range(n - 1)],
         on_event=[collision(i, masses) for i in range(n - 1)],
     )  # fmt: skip
     assert run.success and [len(t) for t in run.t_events] == count.tolist()
     assert np.ptp(np.concatenate(run.t_events)) == 0.0
     assert np.abs(run.y[n:, -1] - v).max() <= 1e-13
     assert np.abs(run.y[:n, -1] - 2.0 * v).max() <= 1e-13
+
+
+def free(t, y, *yp):
+    """Three bodies without forces: y' or, with yp, the residual."""
+    rates = [*y[3:], *(0.0 * y[:3])]
+    return [a - b for a, b in zip(yp[0], rates, strict=True)] if yp else rates
+
+
+def hit(i):
+    """Body i of three equal ones hands its velocity on, and is where the next one is."""
+
+    def act(t, y, *_):
+        q = [y[k + 1] if k == i else y[k] for k in range(3)]
+        v = [y[3 + {i: i + 1, i + 1: i}.get(k, k)] for k in range(3)]
+        return [*q, *v]
+
+    return act
+
+
+def by_dae(fun, span, y0, method, **given):
+    return solve_dae(free, span, y0, **given)
+
+
+def prepared(fun, span, y0, method, **given):
+    solver = prepare(fun, span, y0, method, **given)
+    solver()
+    return solver()
+
+
+def again(fun, span, y0, method, **given):
+    solve_ivp(fun, span, y0, method, **given)
+    return solve_ivp(fun, span, y0, method, **given)
+
+
+TOUCHING = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA", "ode45", "Tsit5", "Vern9",
+            "Rodas5P", "Taylor", "auto")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("way", "method"),
+    [*[(solve_ivp, m) for m in TOUCHING], (prepared, "DOP853"), (again, "Taylor"), (by_dae, None)],
+)
+@pytest.mark.parametrize("direction", [-1.0, 0.0])
+@pytest.mark.parametrize("start", [-1.0, -1e-5])
+def test_bodies_that_rest_in_contact_are_not_hit_again(way, method, direction, start):
+    """The third body is hit where it touched the second from t0 on, also within the first step.
+
+    The first two are at rest in contact then: their distance is exactly zero up to the end.
+    """
+    contacts = [marked(lambda t, y, *_, i=i: y[i + 1] - y[i], direction=direction) for i in (0, 1)]
+    run = way(
+        free, (0.0, 3.0), [start, 0.0, 0.0, 1.0, 0.0, 0.0], method, events=contacts,
+        on_event=[hit(0), hit(1)],
+    )  # fmt: skip
+    assert [len(t) for t in run.t_events] == [1, 1]
+    assert np.concatenate(run.t_events) == pytest.approx([-start] * 2, rel=1e-9)
+    assert run.y[:, -1] == pytest.approx([0.0, 0.0, 3.0 + start, 0.0, 0.0, 1.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["RK45", "Tsit5"])
+@pytest.mark.parametrize("simd", [True, False])
+def test_bodies_of_an_ensemble_are_not_hit_again(method, simd):
+    starts = -np.linspace(0.5, 1.0, 9)
+    found = solve_ensemble(
+        free, (0.0, 3.0), np.stack([starts, *np.zeros((2, 9)), np.ones(9), *np.zeros((2, 9))], 1),
+        (), method, events=[contact(0), contact(1)], on_event=[hit(0), hit(1)], simd=simd,
+    )  # fmt: skip
+    assert (found.width > 1) == simd
+    assert all(len(t) == 1 for times in found.t_events for t in times)
+    assert found.y_end[:, 2] == pytest.approx(3.0 + starts, abs=1e-9)
 
 
 @pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")

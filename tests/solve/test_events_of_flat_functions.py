@@ -178,8 +178,29 @@ def test_scipys_methods_keep_scipys_occurrences_and_tell_it(method, terminal):
     assert found.t_events[0] == pytest.approx(expected.t_events[0], rel=1e-5)
 
 
-def test_two_edges_within_a_step_of_a_method_of_scipys_are_told():
-    with pytest.warns(SwitchingWarning, match="crosses zero at t = .* and t = .*, within one step"):
-        solve_ivp(
-            oscillates, (0, 10), [0.0, 0.0], "RK45", events=directed(above, 1), on_event=count
-        )
+def test_two_edges_within_a_step_of_a_method_of_scipys_act():
+    """Of long steps; by SciPy's rule, one edge a step at most, a warning told of the others."""
+    found = solve_ivp(
+        oscillates, (0, 10), [0.0, 0.0], "RK45", events=directed(above, 1), on_event=count
+    )
+    assert found.y[1, -1] == len(UP)
+
+
+@pytest.mark.parametrize(
+    ("method", "acts"),
+    [(m, acts) for m in ("Tsit5", "Vern9", "RK4", "Taylor") for acts in (True, False)]
+    + [(m, True) for m in ("RK45", "DOP853", "Radau")],
+)
+@pytest.mark.parametrize("direction", [-1, 0, 1])
+@pytest.mark.parametrize("kick", [-1.0, 1.0])
+def test_a_body_at_rest_at_zero_occurs_when_an_action_moves_it(method, direction, kick, acts):
+    """The position is exactly zero up to a kick at t = 1, and a smooth function at all times."""
+    found = solve_ivp(
+        lambda t, y: [y[1], 0.0 * y[1]], (0.0, 2.5), [0.0, 0.0], method, at=[1.0],
+        events=directed(lambda t, y: y[0], direction), **{"step": 0.25} if method == "RK4" else {},
+        on_event=[(lambda t, y: [y[0], -0.5 * y[1]]) if acts else None,
+                  lambda t, y: [y[0], y[1] + kick]],
+    )  # fmt: skip
+    occurs = direction * kick >= 0.0
+    assert found.t_events[0].tolist() == [1.0] * occurs
+    assert found.y[1, -1] == (-0.5 * kick if occurs and acts else kick)

@@ -26,12 +26,14 @@ from ..brent import value
 from ..dense_output import interpolate, polynomial
 from ..events import (
     FAILED,
+    LEAVES,
     NONE,
     PLAIN,
     SIGN,
     accept,
     changes_sign,
     evaluate_end,
+    is_contact,
     note,
     note_border,
     settle,
@@ -124,10 +126,10 @@ def _note_series(solve, o, events, t, meets, scratch):
         if n < 0:
             e.active = 1
             by_sign = True
-        elif e.g == 0.0 and s.n_accepted == 1 and _is_wanted(e, first, True):
+        elif _leaves_zero(e, first, s.t_old):
             end = note(o, events, i, s.t_old, t, s.t_old, meets, end)
         for j in range(n):
-            if _is_wanted(e, kept[1, j], False):
+            if _is_wanted(e, kept[1, j]):
                 x = kept[0, j]
                 root = s.t_old if x == 0.0 else t if x == 1.0 else s.t_old + x * (t - s.t_old)
                 end = note(o, events, i, root, t, s.t_old, meets, end)
@@ -176,15 +178,19 @@ def _roots(e, solve, t, room, kept, scratch):
 
 
 @njit(**INTERNAL)
-def _is_wanted(e, turn, begins):
-    """True if the user asks for events with the sign `turn` behind the root; 0: no change of sign.
+def _is_wanted(e, turn):
+    """True if the user asks for events with the sign `turn` behind a root; 0: the same sign."""
+    return e.direction == 0.0 or turn * e.direction > 0.0
 
-    An event that `begins` a solve has no sign before the root, and changes the state only if its
-    function leaves zero in the direction that is asked for.
+
+@njit(**INTERNAL)
+def _leaves_zero(e, first, t_old):
+    """True if an event occurs because its function leaves zero at t_old, to the sign `first`.
+
+    The function was zero before t_old, too, or the run begins there: the series has no root.
     """
-    if begins and e.jump != 0 and (e.direction == 0.0 or turn == 0.0):
-        return False
-    return e.direction == 0.0 or turn * e.direction > 0.0 or (begins and turn == 0.0)
+    leaves = e.g == 0.0 and abs(first) > 0.0 and e.begins != LEAVES
+    return leaves and _is_wanted(e, first) and not is_contact(e, t_old, t_old)
 
 
 @njit(**INTERNAL)

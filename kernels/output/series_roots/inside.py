@@ -29,6 +29,7 @@ from ..events import (
     is_contact,
     note,
     note_border,
+    rests,
     root_in,
     settle,
 )
@@ -231,7 +232,7 @@ def _note_edges(s, o, events, i, d, looked, t, meets, end, scratch):
         was = points[VALUE, k - 1]
         now = points[VALUE, k]
         turn = np.sign(now) - np.sign(was)
-        if not abs(turn) > 0.0:
+        if not abs(turn) > 0.0 or (k == 1 and rests(e, now)):
             continue
         begin = points[TIME, k - 1]
         stop = points[TIME, k]
