@@ -121,16 +121,9 @@ def by_scipy(asked, method):
     if callback is not None:
         method = _observed(method, callback, stopped)
     result = solve_ivp(
-        derivative,
-        (t0, tf),
-        given,
-        method,
-        t_eval,
-        asked.dense_output,
-        scipys_events,
-        vectorized,
+        derivative, (t0, tf), given, method, t_eval, asked.dense_output, scipys_events, vectorized,
         **options,
-    )
+    )  # fmt: skip
     if stopped and result.status == 0:
         result.status = 1
         result.message = f"`callback` stopped the integration at t = {stopped[0]:.10g}."
