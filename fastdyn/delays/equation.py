@@ -10,6 +10,7 @@ from fastdyn.compile.bind import or_in_python
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.python_callback import called_with, evaluate
 from fastdyn.kernels.output.arguments import GROWN, RESIDUALS, SHORT, STAGES
+from fastdyn.kernels.state.record import Y
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.options.table import value_of
@@ -199,6 +200,8 @@ class Equation:
         p = run.problem
         given = self._given
         known = delays_of(run.bounds[0], p.t0, self.history.y0)
+        if known is not None:  # a jump of the history comes back, too
+            known = known._replace(decides=known.decides or self.history.decides)
         if given is not None:
             constant = tuple(given.tolist())
             neutral = self.history.neutral if known is None else known.derivatives
@@ -221,8 +224,9 @@ class Equation:
         if self._last.turns:
             result["message"] = self._last.turns
             return
-        t = float(result.t[-1])
-        y = result.y[:, -1].copy()
+        run = self._last  # a result may have no times
+        t = float(run.view("solve.state")["t"][0])
+        y = run.view("solve.work")[Y, : len(self.problem.y0)].copy()
         with self.history.asked() as times:
             self.problem.fun(t, y, *self.problem.args)
         shortest = min((t - s for s in times), default=math.inf)

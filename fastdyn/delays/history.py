@@ -21,9 +21,12 @@ from fastdyn.kernels.output import arguments as words
 from fastdyn.problem.sensitivities import Variational
 from fastdyn.trace.graph.derivatives import time_derivative
 from fastdyn.trace.graph.evaluate import evaluate
+from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.reads.reads import flat
 from fastdyn.words.kinds import shown
+
+from .points import may_jump
 
 NEAR = 1e-3  # share of the span
 
@@ -110,6 +113,18 @@ class History:
     def is_constant(self):
         """Whether the history is n numbers."""
         return self._function is None and self._earlier is None
+
+    @property
+    def decides(self):
+        """Whether the history may jump or have a kink at times that are not known."""
+        if self._function is None:
+            return False
+        function = self._bound.function
+        function = function and function.notes.get(BASE, function)
+        if function is None or function.traced is None:
+            return True
+        outputs = [*function.traced.stored, function.traced.trace.raising]
+        return function.derived("decides", lambda: may_jump({node.op for node in live(outputs)}))
 
     def _lay(self):
         self._room = np.empty(self.n)

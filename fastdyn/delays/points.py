@@ -91,8 +91,7 @@ def _times(traced):
         all_nodes = live([*traced.stored, traced.trace.raising])
         operations = {node.op for node in all_nodes}
         nodes = [node for node in all_nodes if node.op == "past"]
-    records = [OPERATIONS[op] for op in operations]
-    decides = any(r.name == "select" or r.kinked or r.decision is not None for r in records)
+    decides = may_jump(operations)
     by_time: dict = {}
     for node in nodes:
         by_time.setdefault(node.args[0], []).append(node.data[2])
@@ -108,6 +107,12 @@ def _times(traced):
         alone = set(found) == {0} and found[0].op == "const"
         fixed.append(alone and found[0].data == 1.0)
     return times, fixed, orders, decides
+
+
+def may_jump(operations):
+    """Whether a function of these operations may jump or have a kink."""
+    records = [OPERATIONS[op] for op in operations]
+    return any(r.name == "select" or r.kinked or r.decision is not None for r in records)
 
 
 def _single(graph, node):

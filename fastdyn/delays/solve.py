@@ -80,12 +80,13 @@ def solve_dde(
     -----
     Where the solution begins, a derivative jumps, and each delay carries the jump on, one
     derivative higher: steps end at these times, up to the order of the method.  A jump of y' that
-    `past.derivative` carries on stays one, throughout the span.  Jumps that
-    varying delays, and switches on the state or the past, bring are not known before: there, and in
-    neutral equations, the residual of the interpolant (with Rodas5P and Radau, its error by the
-    residual) is bounded by two tolerances, with Radau by 30, at three times of each step, and a
-    step over a jump is taken again, shorter.  Where components as small as their tolerances decide
-    a delay, its time may run to and fro: the solve ends with a message, or warns.
+    `past.derivative` carries on stays one, throughout the span.  Jumps that varying delays,
+    switches on the state or the past, and histories that decide by the time or run in Python bring
+    are not known before: there, and in neutral equations, the residual of the interpolant (with
+    Rodas5P and Radau, its error by the residual) is bounded by two tolerances, with Radau by 30, at
+    three times of each step, and a step over a jump is taken again, shorter.  Where components as
+    small as their tolerances decide a delay, its time may run to and fro: the solve ends with a
+    message, or warns.
 
     No step is longer than the shortest constant delay, unless the delay is shorter than 1e-4 of the
     span.  A step that contains its own past, because a delay vanishes or is as short, is taken

@@ -5,7 +5,7 @@ import pytest
 
 from fastdyn.delays import solve_dde
 from fastdyn.delays.equation import EXPLICIT, METHODS, NEUTRAL
-from support.published_delays import DDETST, OF_THE_STATE
+from support.published_delays import DDETST, OF_THE_STATE, PAUL
 from support.shifted_copies import end_of
 
 TENFOLD = 10.0
@@ -30,6 +30,45 @@ def test_exact_solutions(published):
     for rtol in 10.0 ** -np.arange(3, 11):
         if rtol >= TOUCHING.get(published.name, 0.0):
             assert error_of(published, "auto", rtol) < TENFOLD, rtol
+
+
+def growth_of(published):
+    """By how much a change of the history grows up to the end; 1 at least."""
+    p = published
+    history = p.solution if p.history is None else p.history
+    ends = []
+    for more in (0.0, 1e-6):
+
+        def moved(t, more=more):
+            before = np.array(history(t) if callable(history) else history)
+            return before + more * np.cos(np.arange(before.size))
+
+        found = solve_dde(p.fun, (p.t0, p.tf), moved, "Vern9", rtol=1e-11, atol=1e-11)
+        ends.append(found.y[:, -1])
+    return max(1.0, np.abs((ends[1] - ends[0]) / (1 + np.abs(ends[0]))).max() / 1e-6)
+
+
+OF_PAUL = [
+    pytest.param(p, method, marks=() if method in ("Tsit5", "Vern7", "Radau") else pytest.mark.hunt,
+                 id=f"{p.name} {method}")
+    for p in PAUL for method in METHODS
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("published", "method"), OF_PAUL)
+def test_equations_of_paul(published, method):
+    """Whether or not the jumps of a history are given: they cost up to 55 tolerances in silence."""
+    p = published
+    history = p.solution if p.history is None else p.history
+    exact = np.array(p.solution(p.tf))
+    most = TENFOLD * growth_of(p)
+    for rtol in 10.0 ** -np.arange(3, 11):
+        for jumps in {p.jumps or None, None}:
+            found = solve_dde(
+                p.fun, (p.t0, p.tf), history, method, rtol=rtol, atol=rtol, jumps=jumps
+            )
+            error = np.abs((found.y[:, -1] - exact) / (1 + np.abs(exact))).max()
+            assert error < most * rtol, (rtol, jumps, error / rtol)
 
 
 OTHERS = [

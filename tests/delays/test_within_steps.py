@@ -77,3 +77,10 @@ def test_a_jump_that_a_varying_delay_passes_is_seen():
     found = solve_dde(fun, (0, 4), [0.0, 0.0], rtol=1e-7, atol=1e-7)
     # y0 rises to 1 at t = 1 and falls: above 0.9 for t / 3 in (0.9, 1.1)
     assert abs(found.y[1, -1] - (-2.7 + 0.6 - 0.7)) < TENFOLD * 1e-7
+
+
+def test_a_failure_before_the_first_time_of_output_has_its_sentence():
+    """Its time is that of the run: the result has none."""
+    found = solve_dde(lambda t, y, past: past(2 * t - 1.0), (0, 3), [1.0], t_eval=[2.0])
+    assert len(found.t) == 0
+    assert "delay is negative" in found.message or "a delay vanishes" in found.message

@@ -6,6 +6,7 @@ test set of functional differential equations", Manchester, Numerical Analysis R
 takes from Neves, and from Feldstein and Neves, SIAM J. Numer. Anal. 21 (1984).
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -22,6 +23,7 @@ class Published(NamedTuple):
     solution: Callable
     neutral: bool = False
     history: Any = None  # where the history is not the solution before the start
+    jumps: tuple = ()  # of the history
 
 
 def _b2(t, y, past):
@@ -153,3 +155,85 @@ OF_THE_STATE = (
     Published("Neves", _neves, 1.0, 5.0, _neves_solution, history=[1.0]),
     Published("Feldstein and Neves", _feldstein, 1.0, 10.0, _feldstein_solution, history=[1.0]),
 )
+
+
+def _of_powers(t):
+    """y' = y(t - 1), y = 1 before."""
+    return [sum((t - k + 1) ** k / math.factorial(k) for k in range(int(t) + 2))]
+
+
+def _four_delays(t, y, past):
+    return -past(t - 1.0) + past(t - 2.0) - past(t - 3.0) * past(t - 4.0)
+
+
+def _four_delays_solution(t):
+    return [np.polyval([-1 / 120, 1 / 6, -5 / 3, 109 / 12, -24, 2689 / 120], t)]
+
+
+def _growing(t):
+    """y' = 5 y + y(t - 1), y = 5 before."""
+    return [6 * np.exp(5 * t) - 1 if t < 1 else 6 * (np.exp(5) + t - 1.2) * np.exp(5 * t - 5) + 0.2]
+
+
+def _product(sign):
+    """y' = sign y(t - pi) y, which jumps at -pi / 2 and at 0; up to 2 pi."""
+
+    def solution(t):
+        rises = 0.5 * (np.exp(sign * (3 * np.pi - 2 * t)) - 1)
+        return [-np.exp(rises - sign * 1.5 * np.pi)]
+
+    return Published(
+        f"1.1.{10 if sign > 0 else 11}", lambda t, y, past: sign * past(t - np.pi) * y, 0.0, 6.0,
+        solution, history=lambda t: [-1.0 if t >= 0 else -2.0 if t >= -np.pi / 2 else 0.0],
+        jumps=(-np.pi / 2, 0.0),
+    )  # fmt: skip
+
+
+def _from_a_third(t):
+    """y' = y + y(t - 1), y = 1 from -1/3 to 0, 0 before; from 2 to 8/3."""
+    e = np.exp
+    c1 = 1 + e(-2 / 3)
+    c2 = c1 - 2 * e(-1)
+    c3 = 5 / 3 * e(-1) * (1 - c1) + c2 - e(-5 / 3)
+    c4 = e(-2) + c3 + 2 * (c1 - c2) * e(-1)
+    return [(t**2 / 2 - t) * e(t - 2) + c2 * t * e(t - 1) + c4 * e(t)]
+
+
+def _turning(t, y, past):
+    """x'' and y'' with x = sin t cos 2t, y = cos t sin 2t."""
+    p = past(t - np.pi)
+    return [y[2], y[3], 5 * p[0] - 4 * y[1], 5 * p[1] - 4 * y[0]]
+
+
+def _turning_solution(t):
+    s, c, s2, c2 = np.sin(t), np.cos(t), np.sin(2 * t), np.cos(2 * t)
+    return [s * c2, c * s2, c * c2 - 2 * s * s2, 2 * c * c2 - s * s2]
+
+
+def _exponent(t, y, past):
+    forced = np.exp(np.sin(t)) * (np.cos(t) ** 2 - np.sin(t)) - 2 * np.exp(-np.cos(t))
+    return [y[1], 2 * past(t - np.pi / 2)[0] + forced]
+
+
+# The numbers are those of the report, whose solutions are exact but for 1.2.1 and 1.2.3, where the
+# number at the end is.
+PAUL = (
+    Published("1.1.1", lambda t, y, past: past(t - 1.0), 0.0, 10.0, _of_powers, history=[1.0]),
+    Published("1.1.2", lambda t, y, past: -past(t - np.pi / 2), 0.0, 10.0, _sine),
+    Published("1.1.5", lambda t, y, past: y + past(t - np.pi) + 3 * np.cos(t) + 5 * np.sin(t),
+              0.0, 10.0, lambda t: [3 * np.sin(t) - 5 * np.cos(t)]),
+    Published("1.1.6", _four_delays, 0.0, 5.0, _four_delays_solution,
+              history=lambda t: [1.0 if t < 0 else 0.0], jumps=(0.0,)),
+    Published("1.1.9", lambda t, y, past: 5 * y + past(t - 1.0), 0.0, 2.0, _growing,
+              history=[5.0]),
+    _product(1.0), _product(-1.0),
+    Published("1.1.12", lambda t, y, past: y + past(t - 1.0), 0.0, 8 / 3, _from_a_third,
+              history=lambda t: [1.0 if t >= -1 / 3 else 0.0], jumps=(-1 / 3,)),
+    Published("1.2.1", lambda t, y, past: 3 * past(0.95 * t**1.1), 0.0, 0.95**-10,
+              lambda t: [91.22490537957470909], history=[1.0]),
+    Published("1.2.3", lambda t, y, past: past(2 * t - 1), 0.0, 1.0,
+              lambda t: [2.271492555500812], history=[1.0]),
+    Published("1.4.9", _turning, 0.0, 5.0, _turning_solution),
+    Published("1.4.12", _exponent, 0.0, 5.0,
+              lambda t: [np.exp(np.sin(t)), np.cos(t) * np.exp(np.sin(t))]),
+)  # fmt: skip
