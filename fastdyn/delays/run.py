@@ -20,6 +20,7 @@ from fastdyn.run.functions.compared import LATER
 from fastdyn.run.loop import Run
 from fastdyn.run.memory import plan
 from fastdyn.run.resume import checkpoint_of
+from fastdyn.run.stiffness import watch
 from fastdyn.specialise import rare
 from fastdyn.specialise.scalar import dense_rows_kernel, residual_filters, within_past_kernel
 
@@ -140,10 +141,11 @@ class DelayRun(Run):
         self._first_slope = slope
         self.n_own = len(slope)
         self._lay_own_past(looks)
+        this = weakref.proxy(self)  # a Run that holds itself is not freed with its last name
+        watch(self.problem, this)
         self.turns = ""
         self._of_state = known.of_state
-        this = weakref.ref(self)  # a Run that holds itself is not freed with its last name
-        self.at_looks = (lambda: this()._looked()) if known.of_state else None
+        self.at_looks = (lambda: this._looked()) if known.of_state else None
         return carried
 
     def _lay_own_past(self, looks):

@@ -9,6 +9,7 @@ import pytest
 from fastdyn import solve_dde
 from fastdyn.delays import prepare_dde, run
 from fastdyn.run import checkpoint, enough_memory
+from fastdyn.run.functions.crawling import SAMPLES, Samples
 
 OPTIONS = {"args": (0.2, 0.1, 14.0), "rtol": 1e-7, "atol": 1e-7}
 TIMES = np.linspace(0, 1500, 4)
@@ -193,3 +194,34 @@ def test_a_solve_is_freed_with_its_result(monkeypatch):
         assert len(runs) == 2 and all(each() is None for each in runs)
     finally:
         gc.enable()
+
+
+@pytest.mark.parametrize("method", ["Tsit5", "Vern7", "Rodas5P"])
+def test_steps_that_crawl_along_a_switch_are_told_of(method):
+    """A relay with a late part slides along y = 0; delay equations crawled for ever there."""
+
+    def relay(t, y, past):
+        return [-2 * np.sign(y[0]) + 0.5 * past(t - 1.0)[0] + 0.3]
+
+    with pytest.warns(UserWarning, match="changes"):
+        found = solve_dde(
+            relay, (0, 20), [1.0], method, rtol=1e-6, atol=1e-8, max_steps=500_000, t_eval=[20]
+        )
+    assert found.status == -1 and found.n_accepted < 300_000
+
+
+def test_a_run_is_examined_behind_steps_that_are_dropped(monkeypatch):
+    """Step 100 000 and the next 63 are looked at, when most steps have made room."""
+    taken = []
+    take = Samples.take
+
+    def noted(self, done, t, y):
+        taken.append(done)
+        return take(self, done, t, y)
+
+    monkeypatch.setattr(Samples, "take", noted)
+    asked = {**OPTIONS, "rtol": 1e-6, "atol": 1e-6, "t_eval": [250_000.0]}
+    wanted = solve_dde(mackey_glass, (0, 250_000), [0.5], **asked)
+    assert wanted.n_accepted > 100_100 and len(taken) >= SAMPLES
+    monkeypatch.setattr(run, "FEW_NUMBERS", 1)
+    same(solve_dde(mackey_glass, (0, 250_000), [0.5], **asked, compile="inlined"), wanted)
