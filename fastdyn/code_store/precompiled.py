@@ -7,12 +7,10 @@ not load, or if the settings of Numba have changed.
 
 import functools
 import hashlib
-import pathlib
 
-from .key.sources import sources
+from .key.sources import OBJECTS, sources
 from .numba_settings import changed
 
-FOLDER = pathlib.Path(__file__).parent / "objects"
 _V2 = ("cx16", "popcnt", "sahf", "sse3", "sse4.1", "sse4.2", "ssse3")
 _V3 = (*_V2, "avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave")
 _V4 = (*_V3, "avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl")
@@ -28,7 +26,7 @@ LEVELS = {  # levels with their features, by LLVM's triple of the process
 @functools.cache
 def level():
     """The level of this process; None without files, or with changed settings of Numba."""
-    return None if changed() or not FOLDER.is_dir() else best_level()
+    return None if changed() or not OBJECTS.is_dir() else best_level()
 
 
 def best_level():
@@ -53,6 +51,6 @@ def entry(key, made_by):
         return None
     symbol = symbol_of(key, made_by, found)
     try:
-        return (FOLDER / found / f"{symbol.removeprefix('fastdyn_')}.o").read_bytes(), symbol
+        return (OBJECTS / found / f"{symbol.removeprefix('fastdyn_')}.o").read_bytes(), symbol
     except OSError:
         return None

@@ -9,6 +9,7 @@ import time
 
 from fastdyn.code_store import Unsealable, emit_object, precompiled, target
 from fastdyn.code_store.deferred import deferred
+from fastdyn.code_store.key.sources import FUNCTIONS, KERNELS, OBJECTS, ship
 from fastdyn.code_store.object_file import packed
 
 from . import dispatchers
@@ -20,7 +21,7 @@ def write(level):
     triple, cpu, features = target.processor()
     if (cpu, features) != (level, "") or level not in precompiled.LEVELS.get(triple, ()):
         raise Unsealable(f"Numba is set to {cpu} {features!r} on {triple}, not to {level}")
-    folder = precompiled.FOLDER / level
+    folder = OBJECTS / level
     total = 0
     folder.mkdir(parents=True, exist_ok=True)
     for file in folder.iterdir():
@@ -36,6 +37,7 @@ def write(level):
         data = packed({"symbol": symbol, "needs": needs, "arguments": arguments, "key": key}, code)
         (folder / f"{symbol.removeprefix('fastdyn_')}.o").write_bytes(data)
         total += len(data)
+    ship(KERNELS, FUNCTIONS)
     return len(kernels), total
 
 

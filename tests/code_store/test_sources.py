@@ -7,6 +7,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import types
 
 import pytest
 
@@ -79,6 +80,25 @@ def test_an_edit_changes_the_keys_of_what_its_folder_makes(copy, hashes):
         assert (after[0] == before[0]) == (folder not in OF_KERNELS), folder
         assert (after[1] == before[1]) == (folder not in OF_KERNELS | COMPILER), folder
     assert hashes() == before
+
+
+def test_a_wheel_brings_the_hashes_of_its_sources(copy, hashes, tmp_path, monkeypatch):
+    """A first process does not read the imports of all files, unless a file was edited."""
+    nothing = types.SimpleNamespace(entries=lambda name: [], store=lambda *_: None)
+    monkeypatch.setattr(covered, "folders", nothing)
+    monkeypatch.setattr(covered, "SHIPPED", tmp_path / "sources")
+    own = hashes()
+    covered.ship(KERNELS, FUNCTIONS)
+    read = []
+    monkeypatch.setattr(covered, "_computed", lambda contents: read.append(contents) or {"": "x"})
+    assert hashes() == own
+    assert not read
+    path = copy / "trace" / "__init__.py"
+    content = path.read_bytes()
+    path.write_bytes(edited(path))
+    assert hashes()[1] != own[1]
+    path.write_bytes(content)
+    assert len(read) == 1
 
 
 @pytest.fixture(scope="module")
