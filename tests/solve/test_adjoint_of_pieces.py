@@ -45,6 +45,43 @@ def test_equal_pieces_have_derivatives_of_their_own(method, fun, exact):
             assert np.abs(found - exact()).max() < (1e-5 if method == "RK45" else 1e-14)
 
 
+HEIGHTS = np.random.default_rng(0).normal(size=(20, 3))
+PLACES = np.linspace(-3.0, 3.0, 20) ** 3
+READS = {
+    "entry": lambda x, t, u, at: u[int(10.5 + 0.1 * np.tanh(x)), 1],
+    "from the end": lambda x, t, u, at: u[-2 - int(t), 2],
+    "neighbours": lambda x, t, u, at: u[int(t), 0] * (1 + t) + u[int(t) + 1, 0],
+    "two indices": lambda x, t, u, at: u[int(t), int(3 * t) % 3],
+    "line": lambda x, t, u, at: np.interp(x, at, u[:, 1]),
+    "list": lambda x, t, u, at: [at[0], at[3], u[2, 2]][int(0.9 * t)],
+}
+
+
+@pytest.mark.parametrize("n", [2, 12])  # in straight-line code, in loops
+@pytest.mark.parametrize("name", READS)
+def test_reads_add_at_their_own_entries(name, n):
+    """RK4's forward derivatives are those of the same steps."""
+
+    def fun(t, y, u, at):
+        push = READS[name](y[0], t, u, at)
+        return [np.sin(y[(i + 1) % n]) - 0.1 * push * y[i] for i in range(n)]
+
+    given = {"args": (HEIGHTS, PLACES), "step": 0.03125, "t_eval": [1.0, 2.0]}
+    y0 = np.linspace(0.5, 1.0, n)
+    r = solve_ivp(fun, (0, 2), y0, "RK4", adjoint=("at", "u"), **given)
+    g = np.cos(np.arange(2.0 * n)).reshape(n, 2)
+    found = r.vjp(g)
+    by = solve_ivp(fun, (0, 2), y0, "RK4", sensitivity=("at", "u"), **given).sensitivity
+    for of in ("at", "u"):
+        expected = np.einsum("ik,i...k->...", g, by[of])
+        size = np.einsum("ik,i...k->...", abs(g), abs(by[of])).max()
+        # 64 steps of 4 stages, each of n sums of n roundings
+        assert np.abs(found[of] - expected).max() <= 256 * n * np.finfo(float).eps * size
+    assert np.count_nonzero(found["u"]) + np.count_nonzero(found["at"])
+    again = solve_ivp(fun, (0, 2), y0, "RK4", adjoint=("u", "at"), **given).vjp(g)
+    assert all(np.array_equal(again[of], found[of]) for of in found)
+
+
 def test_the_second_guard_moves_tables(monkeypatch):
     """Alone, where steps do not end at the changes, it takes other steps."""
     from fastdyn.solve.adjoint import solve

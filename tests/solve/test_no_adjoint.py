@@ -79,8 +79,8 @@ def test_what_has_no_adjoint_is_told(options, words):
 
 
 def test_a_wrong_product_is_found_by_differences(monkeypatch):
-    def wrong(graph, outputs, cotangents, inputs):
-        *found, last = pullback(graph, outputs, cotangents, inputs)
+    def wrong(graph, outputs, cotangents, inputs, entries):
+        *found, last = pullback(graph, outputs, cotangents, inputs, entries)
         return [*found, graph.mul(graph.const(1.5), last)]
 
     monkeypatch.setattr("fastdyn.compile.derivatives.vjp.pullback", wrong)

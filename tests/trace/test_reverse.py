@@ -10,6 +10,7 @@ from hostile.compose import draw_case
 from fastdyn.systems import SYSTEMS
 from fastdyn.trace.graph.derivatives import partials
 from fastdyn.trace.graph.evaluate import evaluate
+from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.graph.reverse import pullback
 from fastdyn.trace.paths.runs import trace
@@ -31,18 +32,25 @@ def check(found, n, t, y, seed=0):
     k, v = rng.normal(size=len(found.outputs)), rng.normal(size=len(inputs))
     rows = partials(g, found.outputs, inputs)
     places = [(i, j) for i, row in enumerate(rows) for j in row]
-    columns = pullback(g, found.outputs, [g.const(x) for x in k], inputs)
+    read = []
+    ends = [g.const(x) for x in k]
+    columns = pullback(g, found.outputs, ends, inputs)
+    columns += pullback(g, found.outputs, ends, inputs, read)
     nodes = [rows[i][j] for i, j in places] + columns
-    entries = evaluate(g, nodes, t, y, values)[0]
+    of_reads = [node for _, *own in read for node in own]
+    entries, of_reads = np.split(evaluate(g, nodes + of_reads, t, y, values)[0], [len(nodes)])
     with np.errstate(all="ignore"):
         forward = [k[i] * v[j] * row for (i, j), row in zip(places, entries, strict=False)]
         terms = np.array(forward).reshape(-1, len(t))
         expected, size = terms.sum(axis=0), np.abs(terms).sum(axis=0)
-        mine = (v[:, None] * entries[len(places) :]).sum(axis=0)
+        whole, mine = (v[:, None] * np.split(entries[len(places) :], 2)).sum(axis=1)
+        for (at, *_), index, cotangent in zip(read, of_reads[::2], of_reads[1::2], strict=True):
+            mine += v[at][np.clip(index, -len(at), len(at) - 1).astype(int)] * cotangent
         largest = np.abs(entries).max(axis=0, initial=0.0)  # factors that cancel in a sum
     finite = np.isfinite(expected)
-    error = np.abs(mine - expected)[finite]
-    assert (error <= 1e4 * EPS * (size + largest)[finite]).all(), (mine, expected)
+    for found in (whole, mine):
+        error = np.abs(found - expected)[finite]
+        assert (error <= 1e4 * EPS * (size + largest)[finite]).all(), (found, expected)
     return np.count_nonzero(finite & (size > 0))
 
 
@@ -91,6 +99,30 @@ def test_random_functions_of_the_idioms(index):
             check(found, len(y0), t, y)
         except (Untraceable, ImportError, ValueError, TypeError) as reason:
             pytest.skip(f"{reason}"[:60])
+
+
+READS = {  # of a table of u, at a place that moves
+    "entry": lambda t, u: u[int(abs(t))],
+    "neighbours": lambda t, u: u[int(abs(t))] * u[-1 - int(abs(t))],
+    "chord": lambda t, u: np.interp(t, np.arange(float(len(u))), u),
+    "knot": lambda t, u: np.interp(t, u, np.arange(float(len(u)))),
+}
+
+
+@pytest.mark.parametrize("name", READS)
+def test_a_read_of_a_long_table_gives_its_own_entries(name):
+    """As many nodes for 300 entries as for 10; np.interp names the two ends, too."""
+    sizes = []
+    for n in (10, 30, 300):
+        found = traced(lambda t, y, u: [READS[name](t, u) * y[0]], 1, (np.linspace(0.1, 2.0, n),))
+        g = found.graph
+        inputs = [g.make("y", (), 0)] + [g.make("par", (), slot) for slot in range(n)]
+        read = []
+        sums = pullback(g, found.outputs, [g.const(1.0)], inputs, read)
+        sizes.append(len(live([*sums, *(node for _, *own in read for node in own)])))
+        if n < 40:
+            assert check(found, 1, np.linspace(0.2, 1.8, 50), np.ones((1, 50))) > 0
+    assert len(set(sizes)) == 1
 
 
 @pytest.mark.parametrize(

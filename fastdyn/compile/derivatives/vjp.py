@@ -146,8 +146,10 @@ def _along(base, groups, n):
     moved = [(inputs[i], g.make("y", (), 2 * n + i)) for i in range(n)]
     moved.append((g.make("t"), g.make("y", (), 3 * n)))
     derivative = along(g, traced.stored, moved)
-    outputs = pullback(g, derivative, [g.make("y", (), n + i) for i in range(n)], inputs)
-    return traced.with_outputs(outputs, VJP, 3 * n + 1, g.false).compiled()
+    k = [g.make("y", (), n + i) for i in range(n)]
+    entries = []
+    outputs = pullback(g, derivative, k, inputs, entries)
+    return traced.with_outputs(outputs, VJP, 3 * n + 1, g.false, entries).compiled()
 
 
 def _inputs(base, groups, n):
@@ -163,8 +165,9 @@ def _vjp(base, groups, n):
     g = base.traced.trace.graph
     cotangents = [g.make("y", (), n + i) for i in range(n)]
     inputs, slots = _inputs(base, groups, n)
-    outputs = pullback(g, traced.stored, cotangents, inputs)
-    function = traced.with_outputs(outputs, VJP, 2 * n, g.false).compiled()
+    entries = []
+    outputs = pullback(g, traced.stored, cotangents, inputs, entries)
+    function = traced.with_outputs(outputs, VJP, 2 * n, g.false, entries).compiled()
     own = traced.trace._replace(outputs=traced.stored)
     function.notes[DECISIONS] = own, decisions(own.graph, own.outputs, set(slots))
     return function

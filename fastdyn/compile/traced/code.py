@@ -48,14 +48,17 @@ class Traced:
     n_stored : int
     in_batches : bool
         Whether long arrays were traced in batches.
+    entries : list of Entry
+        What the pointer form of a mode that adds also adds, each at an index that it computes.
     """
 
     @refused_as(Refusal.untraceable)
-    def __init__(self, trace, mode, n, in_batches=False):
+    def __init__(self, trace, mode, n, in_batches=False, entries=()):
         self.trace = trace
         self.mode = mode
         self.n = n
         self.in_batches = in_batches
+        self.entries = entries
         self.kinds = [kind_of_group(group) for group in trace.reads.groups]
         self.at = trace.reads.of_arguments()
         if in_batches:
@@ -90,7 +93,8 @@ class Traced:
 
     def _live(self):
         """The nodes of the pointer form."""
-        return live([*self.stored, self.trace.raising])
+        added = [node for _, *nodes in self.entries for node in nodes]
+        return live([*self.stored, self.trace.raising, *added])
 
     @functools.cached_property
     def switches(self):
@@ -164,7 +168,9 @@ class Traced:
                 look()
             names[node.key] = i
             lines.append((node.op, [names[a.key] for a in node.args], node.data))
-        return lines, [names[node.key] for node in (*self.stored, self.trace.raising)]
+        ends = [names[node.key] for node in (*self.stored, self.trace.raising)]
+        added = [(p, names[at.key], names[d.key]) for p, at, d in self.entries]
+        return lines, [*ends, *added]
 
     def _rows(self):
         """The rows and single nodes of the pointer form as data, and which are results."""
@@ -181,10 +187,11 @@ class Traced:
                   for node in program.nodes]  # fmt: skip
         return lines, (program.raising.key, label(program.outputs))
 
-    def with_outputs(self, outputs, mode, n, raising=None):
+    def with_outputs(self, outputs, mode, n, raising=None, entries=()):
         """Other outputs of the same graph as a Traced; without `raising`, they raise as these."""
         raising = self.trace.raising if raising is None else raising
-        return Traced(self.trace._replace(outputs=outputs, raising=raising), mode, n)
+        trace = self.trace._replace(outputs=outputs, raising=raising)
+        return Traced(trace, mode, n, entries=entries)
 
     # -- machine code, by modules that are imported only when code is to be made
 

@@ -84,9 +84,19 @@ def body(traced, builder, t, y, n, block, out):
                 continue
             value = builder.fadd(builder.load(place), value)
         builder.store(value, place)
+    _add_entries(traced, builder, emitter, out)
     if traced.decisions:
         _note_sides(builder, emitter.nodes(traced.decisions), block)
     _note_fault(traced, builder, raises, t, y, block, out)
+
+
+def _add_entries(traced, builder, emitter, out):
+    """Emit code that adds at the places of those entries of tables that are read."""
+    for places, index, cotangent in traced.entries:
+        at, value = emitter.nodes([index, cotangent])
+        first = builder.gep(out, [WORD(places.start)])
+        place = emitter.place((first, len(places), places.step), at)
+        builder.store(builder.fadd(builder.load(place), value), place)
 
 
 def _note_fault(traced, builder, raises, t, y, block, out):
@@ -135,6 +145,7 @@ def _in_rows(traced, plan, builder, t, y, n, block, out):
     sides = Sides(inner, MOST_DECISIONS) if traced.mode.notes_sides else None
     loops = Loops(inner, plan, source, functools.partial(by_formula, inner), sides)
     raises = loops.store(results, traced.mode.adds)
+    _add_entries(traced, inner, Emitter(inner, traced.trace.graph, REAL, source), results)
     if sides is not None:
         sides.store(inner.gep(own, [INDEX(SIDES)]))
     inner.ret(raises)

@@ -158,13 +158,17 @@ class Emitter:
         return b.select(b.icmp_signed(">", i, high), high, i)
 
     def _table(self, name, x):
+        return number_at(self.builder, self.place(self._row(name), x), INDEX(0))
+
+    def place(self, row, x):
+        """The address of the entry at index x of a row, (address, length, stride)."""
         b = self.builder
-        row = self._row(name)
-        n = row[1]
+        address, n, step = row
         number = b.fcmp_ordered("<", self._intrinsic(OPERATIONS["abs"].llvm, [x]), REAL(2.0**62))
         i = b.fptosi(b.select(number, x, REAL(0.0)), WORD)
         i = b.select(b.icmp_signed("<", i, WORD(0)), b.add(i, WORD(n)), i)
-        return self._entry_at(row, self._between(i, 0, n - 1))
+        i = self._between(i, 0, n - 1)
+        return b.gep(address, [b.mul(i, WORD(step)) if step != 1 else i])
 
     def _search(self, data, x):
         name, side = data

@@ -16,6 +16,7 @@ from ..operations.value import Value, by_rule
 from .equations import slopes
 from .expressions import MAX_NODES, is_zero, live
 from .refusal import Untraceable, refused_as
+from .values import ranges_of
 
 SUMS = frozenset(("add", "sub", "neg"))
 
@@ -121,12 +122,26 @@ def factors(g, node, depends):
             yield factor, source
 
 
-def inside_tables(g, node, slots):
-    """Yield (slot, derivative) of the parameters among `slots` in the tables that a node reads."""
+def read_entries(g, node, slots):
+    """Yield (range of slots, entries) of the tables with parameters among `slots` in a node.
+
+    The entries that the node reads are pairs of an index, a Value, and a derivative.
+    """
     inside = OPERATIONS[node.op].inside
-    if inside and slots:
-        for slot, d in inside(*[Value(g, a) for a in (node, *node.args)], slots):
-            yield slot, d.of
+    if inside and any(not slots.keys().isdisjoint(r) for r in ranges_of(node, g.tables)):
+        for name, entries in inside(*[Value(g, a) for a in (node, *node.args)]):
+            table = g.tables[name]
+            if isinstance(table, range) and not slots.keys().isdisjoint(table):
+                yield table, entries
+
+
+def inside_tables(g, table, read, slots):
+    """Yield (slot, derivative) of the parameters among `slots` in a table: see `read_entries`."""
+    for slot in slots:
+        if slot in table:  # 1 there, 0 elsewhere, at the entries that are read
+            unit = g.table(np.arange(len(table)) == table.index(slot))
+            first, *others = [at.read("table", unit) * d for at, d in read]
+            yield slot, sum(others, first).of
 
 
 def is_point(condition):
@@ -193,9 +208,10 @@ class _Sweep:
             for factor, source in factors(self.graph, node, self._depends):
                 for i, d in self.known[source.key].items():
                     terms.setdefault(i, []).append(g.mul(factor, d))
-        for slot, d in inside_tables(g, node, self.slots):
-            for i, rate in self.slots[slot].items():
-                terms.setdefault(i, []).append(g.mul(d, rate))
+        for table, read in read_entries(g, node, self.slots):
+            for slot, d in inside_tables(g, table, read, self.slots):
+                for i, rate in self.slots[slot].items():
+                    terms.setdefault(i, []).append(g.mul(d, rate))
         if node.op == "of_past" and self.of_past is not None:
             for i, d in self.of_past(node).items():
                 terms.setdefault(i, []).append(d)

@@ -47,7 +47,9 @@ class Operation(NamedTuple):
     root: bool = False  # has an infinite slope at 0
     decision: Callable | None = None  # rule for a value that changes where the operation jumps
     inner: bool = False  # the value is no number, but what other operations read
-    inside: Callable | None = None  # (result, *operands, slots): (slot, derivative) in tables
+    # The rule (result, *operands) for the derivatives by entries of tables: pairs of a table's name
+    # and ((index, derivative), ...) for the entries that are read.
+    inside: Callable | None = None
     words: str = ""  # in messages
 
 

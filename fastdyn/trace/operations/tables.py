@@ -76,37 +76,22 @@ def _slope_of_chord(o, x):
     return heights / knots
 
 
-def _inside_table(o, i, slots):
-    for slot, unit in _units(o, o.of.data, slots):
-        yield slot, i.read("table", unit)
+def _inside_table(o, i):
+    yield o.of.data, ((i, 1.0),)
 
 
-def _inside_interpolation(o, x, slots):
+def _inside_interpolation(o, x):
     knots, heights = o.of.data
     i = _piece(knots, x)
     odd = np.arange(len(o.g.tables[knots])) % 2
     of_odd = o.g.table(odd)
     at_odd = i.read("table", of_odd)
-    teeth = x.read("interpolate", (knots, of_odd))  # the one search for all slots
+    teeth = x.read("interpolate", (knots, of_odd))
     share = at_odd + (1.0 - 2.0 * at_odd) * teeth  # of the piece that is before x
-
-    def hat(unit):
-        low = i.read("table", unit)
-        return low + ((i + 1).read("table", unit) - low) * share
-
-    for slot, unit in _units(o, heights, slots):
-        yield slot, hat(unit)
-    for slot, unit in _units(o, knots, slots):
-        yield slot, -(_slope_of_chord(o, x) * hat(unit))
-
-
-def _units(o, name, slots):
-    """For each parameter in a table, yield (slot, name of a table with 1 there, 0 elsewhere)."""
-    table = o.g.tables[name]
-    if isinstance(table, range):
-        for slot in slots:
-            if slot in table:
-                yield slot, o.g.table(np.arange(len(table)) == table.index(slot))
+    hats = (i, 1.0 - share), (i + 1, share)
+    slope = _slope_of_chord(o, x)
+    yield heights, hats
+    yield knots, tuple([(at, -(slope * hat)) for at, hat in hats])
 
 
 add(
