@@ -53,8 +53,7 @@ def solved(asked, name):
             raise
         begun_again(problem, reason)
         return by_scipy(asked, name)
-    if asked.adjoint is None or asked.t_eval is not None:  # else the result has all steps
-        repeated.note(asked, kind, problem)
+    repeated.note(asked, kind, problem)
     return result
 
 

@@ -141,9 +141,7 @@ class Prepared:
         self._args = problem.args
         self._others = [function for function, _ in between_steps(problem)]
         self._sensitivity = asked.sensitivity
-        # without `t_eval`, a solve with `adjoint` keeps all steps, and is not one of a ready run
-        self._counts = asked.adjoint is None or problem.t_eval is not None
-        self._repeats = self._counts and may_come_again(problem, asked.options)
+        self._repeats = may_come_again(problem, asked.options)
         if asked.adjoint is not None:
             self._solve_anew(problem)  # raises if there are no derivatives
             self._solver: Solver = WithAdjoint(problem, asked.options, asked.adjoint)
@@ -152,8 +150,7 @@ class Prepared:
         else:
             extended(problem, asked.sensitivity)  # raises if there are no derivatives
             self._solver = WithSensitivities(problem, asked.options, asked.sensitivity)
-        if self._counts:
-            self._solver.prepare(problem)
+        self._solver.prepare(problem)
 
     def __repr__(self):
         p = self._problem
@@ -261,8 +258,7 @@ class Prepared:
             if p.mode.second_order:
                 check_second_order(p.fun, p.t0, y0, args, p.method.name)
             result = self._solve_anew(problem)
-            if self._counts:
-                self._solver.count(problem)
+            self._solver.count(problem)
         return result
 
     @filled()

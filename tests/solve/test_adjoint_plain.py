@@ -6,6 +6,7 @@ import pytest
 from fastdyn import solve_ivp
 from fastdyn.solve.adjoint.plain import PlainVjp
 from support.discrete_solution import flat
+from support.repeated import plain
 
 HOW = {"adjoint": ("y0", "args"), "rtol": 1e-6, "atol": 1e-6}
 
@@ -23,7 +24,7 @@ def both(fun, span, y0, args, t_eval):
     """The results of a repeated call, and of the same call the way of a first one."""
     given = (fun, span, y0, "Tsit5", t_eval)
     found = solve_ivp(*given, args=args, **HOW)
-    return found, solve_ivp(*given, args=[*args], **HOW)
+    return found, plain(*given, args=args, **HOW)
 
 
 def is_laid(result):
@@ -68,6 +69,28 @@ def test_what_the_user_changes_later():
             assert np.array_equal(flat(r.vjp(given)), expected)
         assert np.array_equal(flat(r.vjp(g.tolist())), expected)
     assert r.vjp(g)["k"].shape == (2,) and isinstance(r.vjp(g)["c"], float)
+
+
+def test_outputs_at_each_step():
+    """Without `t_eval`: other numbers of steps, results that are changed later, any kind of g."""
+
+    def fun(t, y, k, c):
+        return [y[1], -k[0] * np.sin(y[0]) - c * k[1] * y[1]]
+
+    made = []
+    for i in range(14):
+        k = np.array([2.0 + i, 0.2])
+        span = (0, 40 if i in (8, 11) else 2 + 0.1 * i)
+        r, first = both(fun, span, np.array([1.0, 0.1 * i]), (k, 0.3), None)
+        assert np.array_equal(r.t, first.t) and np.array_equal(r.y, first.y)
+        g = np.cos(r.y)
+        made.append((r, g, flat(first.vjp(g))))
+        k[:], r.t[:], r.y[:] = np.nan, 7.0, np.nan
+    assert sum(is_laid(r) for r, _, _ in made) >= 4
+    assert max(g.shape[1] for _, g, _ in made) > 128 > min(g.shape[1] for _, g, _ in made)
+    for r, g, expected in made:
+        assert np.array_equal(flat(r.vjp(g)), expected)
+        assert np.array_equal(flat(r.vjp(g.tolist())), expected)
 
 
 HELD = np.linspace(0.0, 1.0, 11)

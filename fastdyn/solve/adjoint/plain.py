@@ -23,7 +23,7 @@ from .backward import backward_of
 from .vjp import ALWAYS_STABLE, Vjp
 
 FLOAT = np.dtype(float)
-MORE = 64  # steps for which a sweep has room at first
+MORE = 64  # steps, and outputs, for which a sweep has room at first
 
 
 def _steps(n):
@@ -34,9 +34,9 @@ def _steps(n):
 class Laid:
     """The memory and the arguments of a sweep over plain solves of one kind, for one thread."""
 
-    def __init__(self, backward, product, n_points, tolerances):
+    def __init__(self, backward, product, tolerances):
         n = product.n
-        times = np.zeros(n_points)
+        times = np.zeros(MORE)
         self._memory = memory = backward.room(product, np.zeros(n))
         none = np.zeros(1)
         states = np.zeros((1, n))
@@ -46,11 +46,12 @@ class Laid:
         seeds = Seeds(times, none, rows, beta, np.zeros(1, np.int64))
         self._call = call = Call(
             scalar.sweep_whole_kernel(), *backward.fields, *_steps(MORE), NO_SEGMENTS, states,
-            *seeds, block, block, *memory, np.zeros((n, n_points)), *tolerances,
+            *seeds, block, block, *memory, np.zeros((n, MORE)), *tolerances,
         )  # fmt: skip
         names = "segments", "states", "seeds.t", "seeds.ends", "block", "own", "given.g"
+        self._n = n
         self._places = [call.place(name) for name in names]
-        self._room = MORE
+        self._room = self._points = MORE
         self._lam = backward.lam
 
     def over(self, t, states, segments, times, blocks, g):
@@ -72,7 +73,12 @@ class Laid:
         words[ends + 1] = n_steps + 1
         words[of_states] = address_of(states)
         words[of_states + 1] = n_steps + 1
+        n_points = len(times)
+        if n_points > self._points:
+            self._points = 2 * n_points
+            self._call["seeds.g"] = np.zeros((self._points, self._n))
         words[of_times], words[of_g] = address_of(times), address_of(g)
+        words[of_times + 1] = words[of_g + 2] = n_points
         words[own], words[own + 1] = address_of(own_block), len(own_block)
         words[pull], words[pull + 1] = address_of(block), len(block)
         memory = self._memory
@@ -85,7 +91,7 @@ class Sweeps:
     def __init__(self, problem, product, directions):
         self._backward = backward_of(problem.method.name, product)
         tolerances = problem.rtol, np.full(product.n, problem.atol)
-        self._given = self._backward, product, len(problem.t_eval), tolerances
+        self._given = self._backward, product, tolerances
         self._idle: list[Laid] = []
         self._parts = []
         begin = product.n

@@ -109,8 +109,10 @@ class Again:
         self._copied: Any = None
 
     def run_of(self, problem):
-        """A Keeping run of a problem; Uncompilable if the solve needs the long way."""
+        """A run of a problem whose steps can be read; Uncompilable if it needs the long way."""
         p = problem
+        if p.t_eval is None and not p.method.error_order:
+            raise Uncompilable("its last step goes beyond the end")
         found = directions_of(self._names, p.fun, p.y0, p.args, "adjoint")
         self._directions = [d._replace(value=np.empty(d.value.shape)) for d in found]
         self._shapes = [(d.position - 1, d.value.shape) for d in found if d.position]
@@ -121,7 +123,7 @@ class Again:
         self._block, self._schedule = bound.block.copy(), _schedule(bound)
         varying = tuple(sorted(positions))
         self._known = Attempt(p.fun, p.args, DERIVATIVE, len(p.y0), varying).known()
-        run = run_of(p._replace(differentiated=positions), Keeping)
+        run = run_of(p._replace(differentiated=positions), Run if p.t_eval is None else Keeping)
         if self._known is None or decides(self._product.bound):
             raise Uncompilable("its solves are looked at")
         if p.method.backward == "stages" and p.method.error_order:
@@ -139,7 +141,10 @@ class Again:
 
     @staticmethod
     def results(problem, plan, own=None):
-        """As `outcome.results`; the field `vjp` of a result has its memory, until `finished`."""
+        """As `outcome.results`; the field `vjp` of a result has its memory, until `finished`.
+
+        Without `t_eval`, the steps are the outputs.
+        """
         make = results(problem, plan, own)
 
         def made(memory, *end):
@@ -152,13 +157,17 @@ class Again:
     @staticmethod
     def keep(run):
         """Keep the steps of a Run that took several chunks, or whose code was compared."""
-        run.kept = legs_of(run)
+        if run.problem.t_eval is not None:
+            run.kept = legs_of(run)
 
     def finished(self, result, problem, ready, fun, args):
         """The result of a solve by a ReadyRun, with `vjp`; None if it needs the long way."""
         run = ready.run
-        legs = run.kept
-        run.kept = None
+        at_times = problem.t_eval is not None
+        legs = None
+        if at_times:
+            legs = run.kept
+            run.kept = None
         if not result.success:
             result["vjp"] = Failed(result.message)
             return result
@@ -170,7 +179,12 @@ class Again:
         taken = ready.taken()
         steps = None
         times = taken["t_eval"]
-        if legs is None:
+        if not at_times:
+            if result.y.size > ROOM:
+                return None
+            times = result.t.copy()  # which the user may change, as `y`
+            steps = times, result.y.T.copy()
+        elif legs is None:
             memory, shared = result["vjp"]
             steps = steps_in(run.plan, memory, len(times), taken["t0"], ready.room, shared)
         if steps is not None and self._is_plain():
