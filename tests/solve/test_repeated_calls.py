@@ -181,6 +181,25 @@ def test_a_tolerance_for_each_component(method):
     assert_same(plain(pendulum, (0, 1), START, method, atol=changed), mine)
 
 
+def test_a_number_that_changes_in_place_is_read_at_each_call():
+    class Longest:
+        value = 0.1
+
+        def __float__(self):
+            return self.value
+
+        __lt__ = lambda self, other: self.value < other  # noqa: E731
+        __gt__ = lambda self, other: self.value > other  # noqa: E731
+        __le__ = lambda self, other: self.value <= other  # noqa: E731
+        __ge__ = lambda self, other: self.value >= other  # noqa: E731
+
+    longest = Longest()
+    for value in (0.1, 0.1, 0.1, 0.02, 0.02, 0.1):
+        longest.value = value
+        steps = np.diff(solve_ivp(lambda t, y: [-y[0]], (0, 5), [1.0], max_step=longest).t)
+        assert steps.max() == pytest.approx(value)
+
+
 @pytest.mark.parametrize("option", ["sensitivity", "adjoint"])
 def test_names_in_a_list_are_read_at_each_call(option, monkeypatch):
     names, times = ["stiffness"], [0.5, 1.0]
