@@ -1,6 +1,6 @@
 """The delays of a traced function, and the points at which a derivative of the solution jumps."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -69,7 +69,7 @@ def read_at(bound, t, y):
     return np.array([np.broadcast_to(each, t.shape) for each in found])
 
 
-def _known(bound):
+def _known(bound) -> tuple[Any, Any]:
     """The trace of a Bound, and what `_times` tells of it; None without a trace."""
     function = bound.function and bound.function.notes.get(BASE, bound.function)
     if function is None or function.traced is None:

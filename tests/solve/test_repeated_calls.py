@@ -81,7 +81,8 @@ def test_arguments_of_one_call_are_not_those_of_the_next(first):
 
 def test_lists_and_arrays_are_read_at_each_call():
     span, ends, args, y0 = [0.0, 1.0], np.array([0.0, 1.0]), [4.0], np.array([1, 0])
-    warm(solve_ivp, spring, (0.0, 1.0), START, args=(4.0,))
+    for given in (span, ends):
+        warm(solve_ivp, spring, given, y0, args=args)
     for change in range(4):
         for given in (span, ends):
             mine = solve_ivp(spring, given, y0, args=args)
