@@ -215,7 +215,7 @@ def test_what_comes_compiled_is_loaded_and_what_is_damaged_is_not(places, tmp_pa
     level = precompiled.best_level()
     if level is None:
         pytest.skip("no files are made for this system")
-    monkeypatch.setattr(precompiled, "FOLDER", tmp_path / "objects")
+    monkeypatch.setattr(precompiled, "OBJECTS", tmp_path / "objects")
     precompiled.level.cache_clear()
     symbol = precompiled.symbol_of("a key of this test", code_store.KERNELS, level)
     from fastdyn.code_store.target import translated
