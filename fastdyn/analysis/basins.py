@@ -13,7 +13,7 @@ from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
 from .attractors import APART, UNDECIDED, attraction, clusters, described, drifting, fitted, grown
-from .equations import Equations, box_of, count, equations_of, positive, shared
+from .equations import SystemEquations, box_of, count, equations_of, positive, shared
 from .flow import METHOD, options_of
 
 ESCAPED = -2  # label
@@ -47,7 +47,7 @@ class Basin(Displayed):
         Shares of the labels -1, -2 and -3.
     """
 
-    equations: Equations
+    equations: SystemEquations
     components: tuple
     x: np.ndarray
     y: np.ndarray

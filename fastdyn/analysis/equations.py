@@ -30,7 +30,7 @@ class NotConvergedError(RuntimeError):
     """Raised if a search fails; the message says how far the search came, and what may help."""
 
 
-class Equations(NamedTuple):
+class SystemEquations(NamedTuple):
     """y' = fun(t, y, *args); `system` is None for a function of the user."""
 
     fun: Any
@@ -178,7 +178,7 @@ class Derivatives(NamedTuple):
 
 
 def equations_of(fun: Any, args: Any = ()):
-    """The Equations of a function or of a system.
+    """The SystemEquations of a function or of a system.
 
     Raises
     ------
@@ -191,10 +191,10 @@ def equations_of(fun: Any, args: Any = ()):
     if not inspect.isclass(fun) and hasattr(fun, "rhs") and hasattr(fun, "states"):
         if len(extra_arguments(args)):
             raise TypeError(f"`args` of the {fun.name} are its parameters; set them by name.")
-        return Equations(fun.rhs, fun.args, fun)
+        return SystemEquations(fun.rhs, fun.args, fun)
     if not callable(fun):
         raise TypeError(f"`fun` must be a function of (t, y, *args), or a system; got {fun!r}.")
-    return Equations(fun, extra_arguments(args), None)
+    return SystemEquations(fun, extra_arguments(args), None)
 
 
 def state_of(equations, y0, name="y0"):

@@ -21,7 +21,7 @@ from fastdyn.run.solve_problem import run_of
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
-from .equations import Equations, NotConvergedError, equations_of, positive, state_of
+from .equations import NotConvergedError, SystemEquations, equations_of, positive, state_of
 from .flow import METHOD, Flow, OverUnit, options_of
 
 GROWTH = 4.0  # exponent of the fastest growth or decay within an interval
@@ -57,7 +57,7 @@ class Exponents(Displayed):
         The last state.
     """
 
-    equations: Equations
+    equations: SystemEquations
     values: np.ndarray
     errors: np.ndarray
     scatter: np.ndarray

@@ -14,7 +14,7 @@ from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS, defaults_of
 from fastdyn.solve.ivp import solve_ivp
 
-from .equations import Equations, NotConvergedError
+from .equations import NotConvergedError, SystemEquations
 
 METHOD = "DOP853"
 
@@ -51,7 +51,7 @@ class Passage(NamedTuple):
 class Flow(NamedTuple):
     """The flow of equations; `options` are options of `solve_ivp`."""
 
-    equations: Equations
+    equations: SystemEquations
     options: dict
 
     def passage(self, y0, start, length, j=None):

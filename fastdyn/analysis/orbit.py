@@ -11,7 +11,7 @@ from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
-from .equations import Equations, NotConvergedError, equations_of, positive, state_of
+from .equations import NotConvergedError, SystemEquations, equations_of, positive, state_of
 from .flow import METHOD, Flow, options_of
 from .period import check_period
 from .shooting import return_time, shoot
@@ -47,7 +47,7 @@ class PeriodicOrbit(Displayed):
         The orbit.
     """
 
-    equations: Equations
+    equations: SystemEquations
     y0: np.ndarray
     period: float
     t0: float

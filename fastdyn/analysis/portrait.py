@@ -11,7 +11,7 @@ from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
-from .equations import Equations, NotConvergedError, box_of, count, equations_of
+from .equations import NotConvergedError, SystemEquations, box_of, count, equations_of
 from .flow import METHOD, options_of
 from .orbit import PeriodicOrbit, periodic_orbit
 from .rest.equilibria import Equilibria, equilibria
@@ -49,7 +49,7 @@ class Portrait(Displayed):
     message : str
     """
 
-    equations: Equations
+    equations: SystemEquations
     box: np.ndarray
     x: np.ndarray
     y: np.ndarray

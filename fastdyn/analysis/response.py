@@ -15,7 +15,7 @@ from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
-from .equations import Equations, NotConvergedError, count, equations_of, state_of
+from .equations import NotConvergedError, SystemEquations, count, equations_of, state_of
 from .flow import METHOD, Flow, options_of
 from .orbit import POINTS, found_orbit, half_ranges
 from .period import check_period, looks
@@ -68,7 +68,7 @@ class Response(Displayed):
         The frequencies without a steady state, and the reasons.
     """
 
-    equations: Equations
+    equations: SystemEquations
     frequencies: np.ndarray
     linear: bool
     reference: str

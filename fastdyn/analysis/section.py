@@ -11,7 +11,7 @@ from fastdyn.solve.ivp import solve_ivp
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
-from .equations import Equations, count, equations_of, positive, state_of
+from .equations import SystemEquations, count, equations_of, positive, state_of
 from .flow import METHOD, options_of
 from .period import check_period
 from .shooting import longest
@@ -53,7 +53,7 @@ class Section(Displayed):
         Otherwise the reason, of the first start that has not.
     """
 
-    equations: Equations
+    equations: SystemEquations
     t: np.ndarray
     y: np.ndarray
     start: np.ndarray

@@ -16,7 +16,7 @@ from . import checks
 LONGEST = 32  # components of a state that are tried where `--y0` is not given
 
 
-class Given(NamedTuple):
+class FunctionOfFile(NamedTuple):
     """A function with its state, its arguments and its events by name."""
 
     function: Any
@@ -58,7 +58,7 @@ def given(options):
     function, name = named(options.what)
     y0 = state(function, options)
     events = {one: beside(options.what, one) for one in options.events}
-    return Given(function, name, y0, options.args, events)
+    return FunctionOfFile(function, name, y0, options.args, events)
 
 
 def beside(word, name):

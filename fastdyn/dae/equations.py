@@ -16,7 +16,7 @@ DENSE = 200  # equations, up to which matrices are full
 ROUNDING, OF_DIFFERENCES = 1e-12, 1e-8  # of elements, relative to the largest
 
 
-class Equations:
+class StartEquations:
     """F at the start time, as a function of [y, y'].
 
     Attributes

@@ -20,7 +20,7 @@ from .functions import event_of_vector, of_vector
 GIVEN = ("differential", "y", "yp")
 
 
-class Given(NamedTuple):
+class DaeArguments(NamedTuple):
     """Checked arguments; `held` is `given` of `solve_dae`: None, a word, or 2 n booleans.
 
     `directions` are those of `sensitivity`, or None.
@@ -45,7 +45,7 @@ class Given(NamedTuple):
 
 
 def checked(F, t_span, y0, yp0, t_eval, dense_output, events, args, given, options):
-    """The Given; raise a sentence for wrong arguments; options: see `check_options`."""
+    """The DaeArguments; raise a sentence for wrong arguments; options: see `check_options`."""
     if not callable(F):
         raise TypeError(f"`F` must be a function of (t, y, yp); got {F!r}.")
     t0, tf = validate.time_span(t_span)
@@ -56,7 +56,9 @@ def checked(F, t_span, y0, yp0, t_eval, dense_output, events, args, given, optio
     options, wanted = dict(options), options.get("sensitivity")
     options.pop("sensitivity", None)
     directions = None if wanted is None else directions_of(wanted, F, y0, args, first=3)
-    return Given(F, t0, tf, y0, yp0, t_eval, dense_output, events, args, held, options, directions)
+    return DaeArguments(
+        F, t0, tf, y0, yp0, t_eval, dense_output, events, args, held, options, directions
+    )
 
 
 def problem_of_residual(given):

@@ -10,7 +10,7 @@ from fastdyn.run.solve_problem import load_kernels
 from fastdyn.run.stiffness import watch
 
 from .consistent import consistent, consistent_behind
-from .equations import Equations
+from .equations import StartEquations
 from .index import index_of
 from .jumps import consistent_jump, with_acting, with_jumps
 
@@ -26,7 +26,7 @@ def run_of(problem, held, breakpoints=None, longer=None):
         plain = with_jumps(problem, lambda act: None)
         bound, others = bind_functions(plain._replace(y0=near))
     p = of_python_between(problem, bound, others)
-    equations = Equations(p, bound, jacobian_of(p, bound, others))
+    equations = StartEquations(p, bound, jacobian_of(p, bound, others))
     p = p._replace(y0=consistent(equations, p, held))
     index = index_of(equations.jacobian(p.y0), equations.n, equations.noise, equations.rates(p.y0))
 

@@ -18,7 +18,7 @@ SHARE = 0.5  # of the least distance of two switching times, of the longest step
 
 
 def with_breakpoints(given):
-    """A problem.Given whose `breakpoints` have the times at which F switches.
+    """A problem.DaeArguments whose `breakpoints` have the times at which F switches.
 
     Steps end there by every method: at a jump of F, algebraic components jump, and behind the jump
     the state is made consistent.  Where there are too many times, those of a first part of the span

@@ -82,7 +82,7 @@ class Drawn(NamedTuple):
     across: Any = None
 
 
-class Function(NamedTuple):
+class UserDeclaration(NamedTuple):
     """A quantity, invariant or event that the user adds."""
 
     kind: str

@@ -22,7 +22,7 @@ from .start import Start
 LIMIT = 250  # equations with at most so many operations are solved by formulas
 
 
-class Held(NamedTuple):
+class HeldConstraint(NamedTuple):
     """A constraint: its residual, the rate of the residual, and the row of A q'' = b."""
 
     name: str
@@ -115,7 +115,7 @@ class Derivation:
         return found
 
     def _held(self, constraint):
-        """The Held of a constraint; None if the coordinates satisfy the constraint identically."""
+        """The HeldConstraint of a constraint; None if all coordinates satisfy the constraint."""
         motion = self.motion
         residual = shortened(self.plain(constraint.expression))
         if residual == 0:
@@ -134,7 +134,9 @@ class Derivation:
                 "the motion: no coordinate is in it."
             )
         position = residual if on_positions else None
-        return Held(constraint.name, constraint.unit, position, velocity, row, shortened(b[0]))
+        return HeldConstraint(
+            constraint.name, constraint.unit, position, velocity, row, shortened(b[0])
+        )
 
     def forces(self, body):
         """The forces on a body, with the friction of its contacts."""

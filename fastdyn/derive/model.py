@@ -8,7 +8,7 @@ from fastdyn.words.kinds import number
 
 from .bodies import Body, Particle, RigidBody, between, point, pull
 from .checks.inputs import component_of, refuse_unknown_unit, residual_of
-from .declarations import Constraint, Declarations, Drawn, Function
+from .declarations import Constraint, Declarations, Drawn, UserDeclaration
 from .derivation import Derivation
 from .friction.contact import Contact
 from .notation import ZERO, expression, rate, vector
@@ -47,7 +47,7 @@ class Model(Declarations):
         self.title, self.source, self.t_end = title or name, source, float(t_end)
         self.bodies: list[Body] = []
         self.constraints: list[Constraint] = []
-        self.functions: list[Function] = []
+        self.functions: list[UserDeclaration] = []
         self.contacts: list[Contact] = []
         self.drawn: list[Drawn] = []
         self.lengths: list[Any] = []  # lengths of springs and others along their own direction
@@ -266,5 +266,5 @@ class Model(Declarations):
     def _function(self, kind, name, expression, unit="", label="", event=None):
         refuse_unknown_unit(name, unit)
         self.declare(name)
-        one = Function(kind, name, sp.sympify(expression), unit, label, event or {})
+        one = UserDeclaration(kind, name, sp.sympify(expression), unit, label, event or {})
         self.functions.append(one)

@@ -2,7 +2,7 @@
 
 from fastdyn.kernels.methods import METHODS
 from fastdyn.planets.planets import Planets
-from fastdyn.planets.run import NAME, Steps, facts
+from fastdyn.planets.run import NAME, PlanetSteps, facts
 from fastdyn.problem import validate
 
 LOOKS = 10  # evaluations of the invariants in a bin by default, where outputs take long
@@ -39,4 +39,4 @@ def study_of(planets, y0, t_end, options):
         raise ValueError(f"`{NAME}` has constant steps: give `step` or `steps_per_period`.")
     q, v = y0.reshape(2, -1, 3)
     moved = Planets(planets.masses, q, v, planets.G)
-    return Steps(moved, options["step"], 0.0, t_end, options.get("corrector", 17))
+    return PlanetSteps(moved, options["step"], 0.0, t_end, options.get("corrector", 17))

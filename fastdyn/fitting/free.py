@@ -147,7 +147,7 @@ class Template:
             slopes[:, index[j]] += flat[:, j]
 
 
-class Places(NamedTuple):
+class FreePlaces(NamedTuple):
     """The parameters in one record.
 
     `y0`, each of `args`, and `t0` are a Template, or a fixed value; `args` are the leaves of
@@ -196,14 +196,14 @@ class Parameters:
         self._size = 0
 
     def places(self, y0, apart, t0, labels, mark, first):
-        """The Places of a record, `first` its first time; `labels` name y0 and the leaves."""
+        """The FreePlaces of a record, `first` its first time; `labels` name y0 and the leaves."""
         given = zip((y0, *apart.leaves), labels, strict=True)
         found = [self._template(v, label, mark) for v, label in given]
         begin = self._template(t0, "t0", mark)
         if isinstance(begin, Template):
             latest = self._latest.setdefault(int(begin.index), first)
             self._latest[int(begin.index)] = min(latest, first)
-        return Places(found[0], tuple(found[1:]), begin, apart)
+        return FreePlaces(found[0], tuple(found[1:]), begin, apart)
 
     def _template(self, value, label, mark):
         held = value if isinstance(value, Free) else _with_free(value, label)

@@ -10,7 +10,7 @@ from fastdyn.words.kinds import refuse
 
 from .descent import scaled
 from .free import Parameters, has_free
-from .motion import HISTORY, Failed, Motion
+from .motion import HISTORY, Failed, FittedMotion
 from .noise import LOG_2PI, Poisson, Unknown
 from .record import Record
 from .robust import MAD
@@ -41,7 +41,7 @@ class Model:
     Attributes
     ----------
     parameters : free.Parameters
-    motions : list of motion.Motion
+    motions : list of motion.FittedMotion
     n_trials : int
         Evaluations of residuals so far, one solve of each record.
     best, before : Residuals or None
@@ -69,7 +69,7 @@ class Model:
             placed.append(self.parameters.places(*given))
         self.parameters.close()
         self.motions = [
-            Motion(places.apart.function(fun), places, self.parameters,
+            FittedMotion(places.apart.function(fun), places, self.parameters,
                    _of_leaves(options, places.apart), differences)
             for places in placed
         ]  # fmt: skip

@@ -63,14 +63,14 @@ def has_constant_steps(name):
     return method is not None and not method.error_order
 
 
-class Motion:
+class FittedMotion:
     """Solves from the initial state of one record.
 
     Parameters
     ----------
     fun : callable
         Of (t, y, *leaves of the arguments).
-    places : free.Places
+    places : free.FreePlaces
     parameters : free.Parameters
     options : dict
         Of `solve_ivp`.
@@ -188,10 +188,10 @@ class Motion:
         return np.unique(np.concatenate([np.empty(0, int), *found]))
 
     def tighter(self, factor, least):
-        """A Motion with tolerances divided by a factor; None for constant steps."""
+        """A FittedMotion with tolerances divided by a factor; None for constant steps."""
         if has_constant_steps(self.options["method"]):
             return None
         rtol, atol = (np.asarray(self.options[name], float) / factor for name in ("rtol", "atol"))
         options = {**self.options, "rtol": np.maximum(rtol, least)[()], "atol": atol[()]}
         given = self.fun, self.places, self.parameters, options, self.differences
-        return Motion(*given)
+        return FittedMotion(*given)

@@ -67,7 +67,7 @@ class Linear:
         return self.matrix @ y, np.tensordot(self.matrix, slopes, 1)
 
 
-class Function:
+class ObservingFunction:
     """``fun(t, y, *args)``; its derivatives are exact if the function can be traced."""
 
     def __init__(self, fun, n_series, n):
@@ -87,7 +87,7 @@ class Function:
     def of(self, held):
         """What is observed, as a function of the leaves of the arguments."""
         fun = held.function(self.fun)
-        return self if fun is self.fun else Function(fun, self.n_series, self.n)
+        return self if fun is self.fun else ObservingFunction(fun, self.n_series, self.n)
 
     def groups(self, n_series):
         """The quantity that each series measures."""

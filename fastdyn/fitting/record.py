@@ -11,7 +11,7 @@ from fastdyn.words.calls import shown_when_wrong
 
 from .free import Free, has_free
 from .noise import noise_of
-from .observation import Function, Linear
+from .observation import Linear, ObservingFunction
 
 MOVED = 1.001  # factor of a parameter, to see whether the start of a system depends on it
 
@@ -145,7 +145,7 @@ class Record:
     def _observation(self, observed):
         n = len(self.y0.start if isinstance(self.y0, Free) else self.y0)
         if callable(observed):
-            return Function(observed, len(self.values), n)
+            return ObservingFunction(observed, len(self.values), n)
         found = Linear(observed, n)
         if len(found.matrix) != len(self.values):
             said = "the state has" if observed is None else "`observed` names"

@@ -13,7 +13,7 @@ from fastdyn.problem.options.docstrings import filled
 from . import profile
 from .descent import scaled
 from .model import name_of_record
-from .motion import Failed, Motion
+from .motion import Failed, FittedMotion
 from .table import percent, table
 
 UNSEEN = 1e-4  # a direction that the data do not determine involves parameters with this share
@@ -267,7 +267,7 @@ class Fit:
         """The time of the initial state of a record, with the fitted values."""
         return float(self._motion(record).places.begin(self.x))
 
-    def _motion(self, record) -> Motion:
+    def _motion(self, record) -> FittedMotion:
         n = len(self._model.motions)
         if isinstance(record, bool) or not isinstance(record, int | np.integer):
             raise TypeError(f"`record` must be a number; got {record!r}.")

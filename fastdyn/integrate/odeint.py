@@ -151,7 +151,7 @@ def odeint(
     function_of("(t, y)" if tfirst else "(y, t)")("func", func)
     if not tfirst and (said := of_solve_ivp(argument_names(func))):
         messages.tell(said)
-    call = Call(given)
+    call = OdeintCall(given)
     try:
         call.solve(bool(full_output), tcrit, bool(ixpr))
     except OtherShape as error:
@@ -179,7 +179,7 @@ KINDS = {
 }  # fmt: skip
 
 
-class Call:
+class OdeintCall:
     """One call of `odeint`, with its rows, and how it ended."""
 
     problem: Any = None
@@ -272,7 +272,7 @@ class Call:
 def _is_compiled(given):
     """Whether the function of a call has machine code, which is made, or the call is a mistake."""
     try:
-        return Call(given).is_compiled()
+        return OdeintCall(given).is_compiled()
     except (KeepsBands, WritesToState, OtherMatrix):
         return False
     except Exception:  # `odeint` has a sentence

@@ -11,7 +11,7 @@ from fastdyn.words.calls import shown_when_wrong, takes
 
 from .options import check_options, chosen, odeset
 from .others import numbers_or_function
-from .solution import AtTimes, Call, Refined, Solution
+from .solution import AtTimes, Refined, Request, Solution
 from .solve import PARAMETERS, Solver, times_of
 
 FOR_LAGS = Solver("dde23", "Tsit5")
@@ -107,4 +107,4 @@ def _solved(solver, fun, history, tspan, options, lags):
     if not result.success:
         warn(f"Failure in {solver.name}: {result.message}")
     output = Refined(given.Refine or 1) if len(times) == 2 else AtTimes(times, False)
-    return Solution(Call(solver, fun, given), result, output, None)
+    return Solution(Request(solver, fun, given), result, output, None)

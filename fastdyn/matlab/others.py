@@ -11,7 +11,7 @@ from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong, takes
 
 from .options import check_options, chosen, odeset
-from .solution import AtTimes, Call, Refined, Solution
+from .solution import AtTimes, Refined, Request, Solution
 from .solve import PARAMETERS, Solver, times_of
 
 IMPLICIT = Solver("ode15i", "BDF")
@@ -58,7 +58,7 @@ def ode15i(odefun, tspan, y0, yp0, options=None) -> Solution:
     if not result.success:
         warn(f"Failure in ode15i: {result.message}")
     output = Refined(given.Refine or 1) if len(times) == 2 else AtTimes(times, False)
-    return Solution(Call(IMPLICIT, odefun, given), result, output, None)
+    return Solution(Request(IMPLICIT, odefun, given), result, output, None)
 
 
 class BoundaryInterpolant(NamedTuple):

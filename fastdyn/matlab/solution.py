@@ -14,7 +14,7 @@ from fastdyn.words.calls import shown_when_wrong
 ATTRIBUTES = ("x", "y", "xe", "ye", "ie", "te", "stats", "solver")  # of a Solution
 
 
-class Call(NamedTuple):
+class Request(NamedTuple):
     """The request of a solution: its solver, its function and its options."""
 
     solver: Any

@@ -21,7 +21,7 @@ from .mass import with_mass
 from .min_step import not_shorter
 from .options import check_options, odeset
 from .output_function import OutputFunction
-from .solution import AtTimes, Call, Refined, Solution
+from .solution import AtTimes, Refined, Request, Solution
 
 NOT_HERE = {
     "NormControl": "the error is controlled in each component",
@@ -120,7 +120,7 @@ def _solved(solver, fun, times, y0, options):
     _print_statistics(options, result)
     found = None if functions is None else occurrences(result, events)
     output = Refined(refine) if len(times) == 2 else AtTimes(times, result.status == 1)
-    call = Call(solver, own, options)
+    call = Request(solver, own, options)
     return Solution(call, result, output, found)
 
 

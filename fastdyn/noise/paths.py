@@ -104,7 +104,7 @@ class Taken(NamedTuple):
     key: int
 
 
-class Solved(NamedTuple):
+class SolvedPaths(NamedTuple):
     """What a solve leaves: times; states (n_times, n, M) or None, (n, M); reductions; passages."""
 
     t: np.ndarray

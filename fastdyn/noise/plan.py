@@ -22,7 +22,7 @@ from fastdyn.words.near import did_you_mean
 from .methods import METHODS
 
 
-class Plan(NamedTuple):
+class NoisePlan(NamedTuple):
     """What the text of a kernel depends on, besides the functions.
 
     Parameters
@@ -46,7 +46,7 @@ class Plan(NamedTuple):
     terminal: tuple
 
 
-class Kernel(NamedTuple):
+class NoiseKernel(NamedTuple):
     """A kernel, the block that it takes, its lanes, and why it has one lane, if it has."""
 
     code: Any
@@ -156,7 +156,7 @@ def _misfit(method, calculus, noise):
 
 
 def kernel_of(plan, equations, bounds, events, args, near):
-    """The Kernel: on vectors if all functions have a form on vectors, else one path at a time."""
+    """The NoiseKernel: on vectors if all functions have a form on them, else one path at a time."""
     try:
         return _in_lanes(plan, equations, bounds, events, args, near)
     except Uncompilable as reason:
@@ -168,7 +168,7 @@ def kernel_of(plan, equations, bounds, events, args, near):
             ) from None
         code = by_address(plan)
         block = np.array([bound.block.ctypes.data for bound in bounds.all], np.int64)
-        return Kernel(code, block, 1, str(reason), bounds.all, [code, bounds])
+        return NoiseKernel(code, block, 1, str(reason), bounds.all, [code, bounds])
 
 
 def _in_lanes(plan, equations, bounds, events, args, near):
@@ -189,7 +189,7 @@ def _in_lanes(plan, equations, bounds, events, args, near):
     block = np.zeros(FIRST + sum(form.n_words for form in forms), np.int64)
     keepalive = [code, forms]
     pack_all([each for form in forms for each in form.parameters], block, keepalive)
-    return Kernel(code, block, width, "", bounds.all, keepalive)
+    return NoiseKernel(code, block, width, "", bounds.all, keepalive)
 
 
 def near_of(t0, tf, y0):

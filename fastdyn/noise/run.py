@@ -23,7 +23,7 @@ PIECE = 2**22  # steps of all paths of a task between two looks at Ctrl-C: 0.05 
 FEW = 4  # paths whose ends are compared with the functions in Python
 
 
-class Lanes:
+class LanesOfPaths:
     """The memory of one thread, and its call of the kernel."""
 
     def __init__(self, kernel, plan, grid, key, y, places, friction):
@@ -57,8 +57,8 @@ class Runner:
 
     Parameters
     ----------
-    kernel : plan.Kernel
-    plan : plan.Plan
+    kernel : plan.NoiseKernel
+    plan : plan.NoisePlan
     grid : grid.Grid
     key : int
         The key of the random numbers, 64 bits as a signed number.
@@ -83,7 +83,9 @@ class Runner:
         tasks = range(0, padded, BLOCK)
         self._tasks = [(first, min(first + BLOCK, padded)) for first in tasks]
         n = 1 if self._callbacks else max(1, min(n_threads, len(self._tasks)))
-        self._lanes = [Lanes(kernel, plan, grid, key, self._y, places, friction) for _ in range(n)]
+        self._lanes = [
+            LanesOfPaths(kernel, plan, grid, key, self._y, places, friction) for _ in range(n)
+        ]
         self._kernel = kernel
 
     @property

@@ -18,8 +18,8 @@ from fastdyn.words.kinds import shown
 
 from .equations import ConstantColumn, Equations, check_events, equations, passages_of
 from .grid import grid, outputs
-from .paths import Paths, Solved, Taken
-from .plan import NoDerivative, Plan, bound_functions, kernel_of, method_for, near_of, noise_of
+from .paths import Paths, SolvedPaths, Taken
+from .plan import NoDerivative, NoisePlan, bound_functions, kernel_of, method_for, near_of, noise_of
 from .pulses import warn_of_pulses
 from .reductions import stacked, wanted
 from .run import Runner
@@ -323,7 +323,7 @@ def _solved(asked, own, method, calculus, n, rows):
     if found.langevin:
         bounds = bounds._replace(columns=[])
         own = own._replace(columns=[])
-    plan = Plan(
+    plan = NoisePlan(
         found, n, own.n, own.n_sources, own.diagonal, len(own.columns), calculus == "ito", terminal
     )
     try:
@@ -344,7 +344,7 @@ def _solved(asked, own, method, calculus, n, rows):
         found.name, calculus, kind, steps.h, steps.n_steps, steps.n_steps * found.evaluations,
         kernel.width, kernel.reason, asked.key,
     )  # fmt: skip
-    solved = Solved(
+    solved = SolvedPaths(
         t, y, runner.y.copy(), reduced, runner.passages.copy() if asked.has_events else None,
         facts, lambda: _brownian(asked, own.n_sources),
     )  # fmt: skip

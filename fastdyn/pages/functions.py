@@ -30,7 +30,7 @@ NO_TIMES = (
 )
 
 
-class Text(NamedTuple):
+class PageText(NamedTuple):
     """The functions of a system with its choices, as the text of an object in JavaScript."""
 
     chosen: dict
@@ -38,7 +38,7 @@ class Text(NamedTuple):
     used: str  # all statements, for the helpers that they call
 
 
-class Functions:
+class PageFunctions:
     """
     The functions of a system on a page.
 
@@ -107,7 +107,7 @@ class Functions:
             self._phases(system, phases, parts)
         self._listed(system, parts, first)
         self._picture(system, parts, first)
-        return Text(chosen, parts.text(), "\n".join(parts.statements))
+        return PageText(chosen, parts.text(), "\n".join(parts.statements))
 
     def _allowed(self, parts, name, function, shape):
         """Add a function; without one, a sentence says that it is not on the page."""

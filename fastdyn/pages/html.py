@@ -14,7 +14,7 @@ from fastdyn.trace.emit.source.language import JAVASCRIPT
 from fastdyn.words.letters import letters
 
 from . import methods
-from .functions import Functions
+from .functions import PageFunctions
 
 ASSETS = Path(__file__).with_name("assets")
 STEPS = 400  # of a default run by constant steps
@@ -34,7 +34,7 @@ def page(system):
     NotExported
         If the equations have no form in JavaScript.
     """
-    functions = Functions(system)
+    functions = PageFunctions(system)
     script = "\n".join([
         '"use strict";', solver(functions), f"const DATA = {_json(_data(system, functions))};",
         _asset("draw.js"), _asset("page.js"),

@@ -36,7 +36,7 @@ def facts(corrector):
     )  # fmt: skip
 
 
-class Steps:
+class PlanetSteps:
     """The arrays and the kernel of a run.
 
     Parameters
@@ -173,7 +173,7 @@ def solve(planets, t_span, step, t_eval, corrector, checkpoint, progress):
         kinds.path("checkpoint", checkpoint)
     t_eval = validate.output_times(t_eval, t0, tf)
     t_eval = np.array([t0, tf] if t_eval is None else t_eval, float)
-    steps = Steps(planets, step, t0, tf, corrector)
+    steps = PlanetSteps(planets, step, t0, tf, corrector)
     found = _Outputs(steps, t_eval, checkpoint)
     with time_bar(progress, steps) as bar:
         status = found.run(bar)

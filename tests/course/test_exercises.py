@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fastdyn.cli.main import main
-from fastdyn.course.exercises.call import Call
+from fastdyn.course.exercises.call import ExerciseCall
 from fastdyn.course.exercises.check import check
 from fastdyn.course.exercises.compare import compare
 from fastdyn.course.exercises.sheet import EXERCISES
@@ -253,5 +253,5 @@ def test_an_exception_comes_with_its_meaning():
 
 
 def test_parameters_of_other_names_are_told():
-    call = Call(EXERCISES["pendulum"], lambda t, y, length, gravity: y)
+    call = ExerciseCall(EXERCISES["pendulum"], lambda t, y, length, gravity: y)
     assert call.notes == ["Its parameters are taken in order: length as g, gravity as l."]

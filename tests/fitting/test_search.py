@@ -101,9 +101,9 @@ def test_mistakes_of_the_user_are_raised():
 
 @pytest.mark.parametrize("after", [2, 4])
 def test_control_c_returns_the_best_so_far(monkeypatch, after):
-    from fastdyn.fitting.motion import Motion
+    from fastdyn.fitting.motion import FittedMotion
 
-    count, own = [0], Motion.slopes
+    count, own = [0], FittedMotion.slopes
 
     def slopes(self, x, times):
         count[0] += 1
@@ -113,7 +113,7 @@ def test_control_c_returns_the_best_so_far(monkeypatch, after):
 
     known = KNOWN["pendulum"]()
     best = known.fitted(0).chi2
-    monkeypatch.setattr(Motion, "slopes", slopes)
+    monkeypatch.setattr(FittedMotion, "slopes", slopes)
     found = known.fitted(0)
     assert count[0] == after and not found.success and "Ctrl-C" in str(found)
     assert best < found.chi2 < np.inf and len(found.x) == 4
@@ -123,7 +123,7 @@ def test_control_c_before_the_first_trial_is_raised(monkeypatch):
     def slopes(self, x, times):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("fastdyn.fitting.motion.Motion.slopes", slopes)
+    monkeypatch.setattr("fastdyn.fitting.motion.FittedMotion.slopes", slopes)
     with pytest.raises(KeyboardInterrupt):
         KNOWN["pendulum"]().fitted(0)
 

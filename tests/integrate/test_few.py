@@ -8,7 +8,7 @@ import scipy.integrate
 
 from fastdyn import CompileWarning, odeint
 from fastdyn.integrate import few
-from fastdyn.integrate.odeint import Call
+from fastdyn.integrate.odeint import OdeintCall
 
 pytestmark = pytest.mark.usefixtures("patience")
 T = np.linspace(0, 10, 101)
@@ -34,8 +34,8 @@ new.line = 1
 def compilations(monkeypatch):
     """The calls whose functions were compiled."""
     found = []
-    was = Call.is_compiled
-    monkeypatch.setattr(Call, "is_compiled", lambda call: found.append(call) or was(call))
+    was = OdeintCall.is_compiled
+    monkeypatch.setattr(OdeintCall, "is_compiled", lambda call: found.append(call) or was(call))
     return found
 
 

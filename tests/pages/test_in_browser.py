@@ -10,7 +10,7 @@ import pytest
 from fastdyn import systems
 from fastdyn.pages import html as of_page
 from fastdyn.pages import plain
-from fastdyn.pages.functions import Functions
+from fastdyn.pages.functions import PageFunctions
 from support.pages import DERIVED, SOLVE, Case, compare
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
@@ -75,7 +75,7 @@ def test_a_page_has_the_numbers_of_fastdyn(name, driver, tmp_path):
     if name not in systems.SYSTEMS:
         pytest.importorskip("sympy", reason="the extra `derive` is not installed")
     case = Case(name)
-    functions = Functions(case.first)
+    functions = PageFunctions(case.first)
     file = tmp_path / "page.html"
     file.write_text(of_page.page(case.first), "utf-8")
     opened(driver, file)

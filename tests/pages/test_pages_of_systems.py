@@ -13,7 +13,7 @@ from fastdyn.cli.main import main
 from fastdyn.kernels.methods import METHODS
 from fastdyn.pages import html as of_page
 from fastdyn.pages import methods, plain, site
-from fastdyn.pages.functions import Functions
+from fastdyn.pages.functions import PageFunctions
 from fastdyn.systems.base import State, System, parameter, quantity
 from fastdyn.trace.emit.source.functions import NotExported
 from support.pages import DERIVED, Case, by_node, compare
@@ -27,7 +27,7 @@ MOST_BYTES = 400_000
 @pytest.mark.parametrize("name", systems.SYSTEMS)
 def test_a_page_solves_as_fastdyn_does(name, tmp_path):
     case = Case(name)
-    functions = Functions(case.first)
+    functions = PageFunctions(case.first)
     calls, runs = case.runs(functions)
     assert functions.left_out == [] and functions.scene is not None
     compare(calls, runs, by_node(of_page.solver(functions), case, calls, tmp_path))
@@ -38,7 +38,7 @@ def test_a_page_solves_as_fastdyn_does(name, tmp_path):
 def test_a_page_solves_derived_systems(name, tmp_path):
     pytest.importorskip("sympy", reason="the extra `derive` is not installed")
     case = Case(name)
-    functions = Functions(case.first)
+    functions = PageFunctions(case.first)
     calls, runs = case.runs(functions)
     compare(calls, runs, by_node(of_page.solver(functions), case, calls, tmp_path))
 
@@ -189,7 +189,7 @@ def test_the_page_of_a_plain_function(tmp_path):
         return [s * (y[1] - y[0]), r * y[0] - y[1] - y[0] * y[2], y[0] * y[1] - b * y[2]]
 
     system = plain.system_of(lorenz, "lorenz", [1.0, 1.0, 1.0], (10.0, 28.0, 8 / 3), {}, 2.0)
-    functions = Functions(system)
+    functions = PageFunctions(system)
     case = object.__new__(Case)
     case.first, case.systems, case.t_end, case.make = system, [system], 2.0, type(system)
     calls, runs = case.runs(functions)
@@ -228,7 +228,7 @@ def test_an_event_with_a_rule_that_no_page_has_is_told():
     low.direction = -1
     bounced.wait = 0.5
     events = {"bounced": bounced, "low": low}
-    functions = Functions(plain.system_of(falling, "fall", [0.0, 3.0], (9.81,), events))
+    functions = PageFunctions(plain.system_of(falling, "fall", [0.0, 3.0], (9.81,), events))
     assert [(one["name"], one["direction"]) for one in functions.events] == [("low", -1.0)]
     assert len(functions.left_out) == 1 and "bounced is not sought here" in functions.left_out[0]
     assert "event has `wait`" in functions.left_out[0]

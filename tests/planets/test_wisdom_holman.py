@@ -227,7 +227,7 @@ def test_a_stopped_run_goes_on_from_its_checkpoint(tmp_path, monkeypatch):
     t = np.linspace(0, 500, 6)
     whole = p.solve((0, 500), step=0.1, t_eval=t)
     begins, calls = [], itertools.count()
-    advance = module.Steps.advance
+    advance = module.PlanetSteps.advance
 
     def stopped(self, *given):
         begins.append(self.n_steps)
@@ -235,7 +235,7 @@ def test_a_stopped_run_goes_on_from_its_checkpoint(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return advance(self, *given)
 
-    monkeypatch.setattr(module.Steps, "advance", stopped)
+    monkeypatch.setattr(module.PlanetSteps, "advance", stopped)
     with pytest.raises(KeyboardInterrupt):
         p.solve((0, 500), step=0.1, t_eval=t, checkpoint=file)
     again = p.solve((0, 500), step=0.1, t_eval=t, checkpoint=file)

@@ -205,7 +205,7 @@ def test_no_file_is_written_while_a_function_is_traced(write, n, tmp_path):
 
     near = by_tracing.Near(0.0, 1.0, np.ones(n), n == 100)
     with pytest.raises(Untraceable):
-        facts = by_tracing.Facts()
+        facts = by_tracing.TracesOfPlace()
         attempt = Attempt(fun, (), DERIVATIVE, n)
         by_tracing._traced(attempt, near, "all", n == 100, facts)
     assert not list(tmp_path.iterdir())

@@ -12,7 +12,7 @@ from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
-from ..equations import Equations, box_of, count, equations_of, state_of
+from ..equations import SystemEquations, box_of, count, equations_of, state_of
 from .linear import Linearisation, at_rest, linearised
 
 SAME = 1e-6  # equilibria closer than this share of the box count as one equilibrium
@@ -39,7 +39,7 @@ class Equilibria(Displayed):
         The outcome of the search.
     """
 
-    equations: Equations
+    equations: SystemEquations
     found: list[Linearisation]
     box: np.ndarray | None
     n_starts: int

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..equations import Equations
+from ..equations import SystemEquations
 from .kinds import not_differentiable
 
 
@@ -62,7 +62,7 @@ def ports(equations, t, y, inputs, outputs):
             return [*found, *[0.0] * (len(z) - len(found))]
 
         padded.__name__ = getattr(fun, "__name__", "fun")
-        longer = Equations(padded, (), None)
+        longer = SystemEquations(padded, (), None)
         derivatives = longer.differentiated(t, z)
         found = derivatives.at(t, z)
         broken = not_differentiable(longer, derivatives, t, z, found)

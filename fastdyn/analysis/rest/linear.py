@@ -11,7 +11,7 @@ from fastdyn.plot.displayed import Displayed
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
-from ..equations import Derivatives, Equations, equations_of, state_of
+from ..equations import Derivatives, SystemEquations, equations_of, state_of
 from .inputs import ports
 from .kinds import kind_of, not_differentiable, vanishing
 
@@ -106,7 +106,7 @@ class Linearisation(Displayed):
         Of v - v0 = C (y - y0) + D (u - u0); NaN on kinks and jumps. None without inputs.
     """
 
-    equations: Equations
+    equations: SystemEquations
     t: float
     y: np.ndarray
     rates: np.ndarray

@@ -37,7 +37,7 @@ class Known:
         return reader(self.traced.trace.reads, self.zeros, address_of, 8 * FIRST)
 
 
-class Facts:
+class TracesOfPlace:
     """The traces of a function at a place, and why tracing refused the function.
 
     Attributes
@@ -74,7 +74,7 @@ class Facts:
         return self.reason or self.whole
 
 
-NOTHING = Facts()
+NOTHING = TracesOfPlace()
 TABLE = memory.Table()  # by the places of Attempts
 _left = memory.Table()  # reasons of functions left to Python, by code and mode
 N_LEFT = array("q", [0])  # how often a function was left to Python
@@ -114,7 +114,7 @@ class Attempt:
         return (*self.codes, self.mode, self.n, len(self.args), self.varying, batches)
 
     def facts(self, batches=False):
-        """The Facts of the function."""
+        """The TracesOfPlace of the function."""
         return TABLE.get(self.place(batches)) or NOTHING
 
     def known(self, batches=False):

@@ -23,7 +23,7 @@ from ..python_callback import Held
 from ..sentences import located
 from . import elimination
 from .code import Traced
-from .known import NOTHING, TABLE, Facts, Known
+from .known import NOTHING, TABLE, Known, TracesOfPlace
 
 LONG = 64  # least number of components of a state that is one long array
 LIFTED = ("all", "none")  # numbers that become parameters, in the order of the trials
@@ -78,7 +78,7 @@ def _traced_function(attempt, near, batches=False):
     if near is None or facts.refusals >= MAX_REFUSALS:
         return None
     if facts is NOTHING:
-        facts = TABLE.put(place, Facts())
+        facts = TABLE.put(place, TracesOfPlace())
     error: Any = None
     for lifted in LIFTED:
         try:

@@ -12,7 +12,7 @@ from fastdyn.kernels.vector.emit import Lanes
 from fastdyn.kernels.vector.formulas import BY_NAME
 from fastdyn.trace.emit.loops import Loops
 from fastdyn.trace.emit.numbers import BIT, INDEX, REAL, WORD, Emitter
-from fastdyn.trace.emit.plan import Plan
+from fastdyn.trace.emit.plan import LoopPlan
 from fastdyn.trace.emit.program import FEWEST, Program, calls_of, cost_of, worth_loops
 from fastdyn.trace.emit.sides import Sides
 from fastdyn.trace.graph.expressions import is_zero, live
@@ -57,7 +57,7 @@ def loops_of(traced):
     if many or calls_of(nodes) >= FEWEST:
         with contextlib.suppress(Refusal, RecursionError):
             ids = np.array([node.key for node in traced.stored], ID)
-            plan = Plan(program_of(traced, ids, True))
+            plan = LoopPlan(program_of(traced, ids, True))
             if many or plan.cost(width()) < cost_of(nodes):
                 return plan
     return None

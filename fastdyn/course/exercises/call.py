@@ -13,7 +13,7 @@ class Refused(Exception):
     """A sentence about a function that cannot be compared."""
 
 
-class Call:
+class ExerciseCall:
     """
     A function that takes the parameters of an exercise in the exercise's order.
 

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 
 from fastdyn.systems.base.units import product_of
 
-from .call import Call, Refused
+from .call import ExerciseCall, Refused
 from .mistakes import of_degrees, of_direction, of_sign, of_small_angles, same
 
 ROUNDING = 1e-13  # relative to the largest component of the same unit
@@ -39,7 +39,7 @@ def compare(exercise, function):
 def compared(exercise, function):
     """The result of `compare`, and notes about deviations that are no errors."""
     try:
-        call = Call(exercise, function)
+        call = ExerciseCall(exercise, function)
         samples = exercise.samples()
         got = call.values(*samples)
     except Refused as error:

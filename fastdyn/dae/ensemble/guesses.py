@@ -62,7 +62,7 @@ def _rows(values, name):
 
 
 def first_given(F, t_span, guesses, has_rates, t_eval, events, given, options):
-    """The problem.Given of the first trajectory that F takes, among FEW; raises if there is none.
+    """The problem.DaeArguments of the first trajectory that F takes, among FEW; raises without one.
 
     Without `has_rates`, no `yp0` was given.
     """

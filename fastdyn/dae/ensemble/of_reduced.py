@@ -21,7 +21,7 @@ class Solved(NamedTuple):
 
     Attributes
     ----------
-    asked : problem.Given
+    asked : problem.DaeArguments
         Of a trajectory.
     method : str
     guesses : Guesses

@@ -24,7 +24,7 @@ from ..structure.start import Unsolved, consistent_all, guess
 from .guard import Guard
 from .of_reduced import OfReduced, Solved
 from .starts import beginning, sentences
-from .trajectories import Facts
+from .trajectories import KnownOfEnsemble
 
 KINKS = (
     "a constraint decides by the state (`if`, `where`, `abs`): an ensemble does not look for its "
@@ -80,7 +80,9 @@ def planned(asked, guesses, wanted, method, simd):
         simd, options,
     )  # fmt: skip
     solved = Solved(asked, method, guesses, reduction, values, starts, guard.size > 0)
-    return ensemble, functools.partial(OfReduced, solved, Facts(asked.F, reduction.index, failed))
+    return ensemble, functools.partial(
+        OfReduced, solved, KnownOfEnsemble(asked.F, reduction.index, failed)
+    )
 
 
 def _starts(guesses, reduction, values, t0, held):

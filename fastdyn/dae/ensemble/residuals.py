@@ -10,12 +10,12 @@ from fastdyn.run.functions.python_between import of_python_between
 from fastdyn.run.solve_problem import load_kernels
 
 from ..consistent import consistent
-from ..equations import Equations
+from ..equations import StartEquations
 from ..index import HighIndexError, index_of
 from ..problem import problem_of_residual
 from ..switching import with_short_steps
 from .starts import starts_of
-from .trajectories import Facts, OfResiduals
+from .trajectories import KnownOfEnsemble, OfResiduals
 
 REASON = "equations F(t, y, y') = 0 have no form for vectors"
 
@@ -23,7 +23,7 @@ REASON = "equations F(t, y, y') = 0 have no form for vectors"
 def planned(asked, guesses, wanted):
     """(The ensemble.plan.Ensemble of [y, y'], the kind of its result) for the Guesses.
 
-    `asked` is the problem.Given of one of them.
+    `asked` is the problem.DaeArguments of one of them.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def planned(asked, guesses, wanted):
     def start(i):
         p = problem._replace(y0=guesses.state(i), args=guesses.args(i))
         bound = bound_of(p.fun, RESIDUAL, i)
-        equations = Equations(p, bound, jacobian_of(p, bound, others))
+        equations = StartEquations(p, bound, jacobian_of(p, bound, others))
         both = consistent(equations, p, asked.held)
         if not indices:
             jacobian = equations.jacobian(both)
@@ -62,4 +62,4 @@ def planned(asked, guesses, wanted):
     guesses.begin_at(starts)
     problem = problem._replace(y0=guesses.state(guesses.usual), args=guesses.args(guesses.usual))
     ensemble = Ensemble(guesses, problem, None, REASON, wanted, ())
-    return ensemble, functools.partial(OfResiduals, Facts(asked.F, indices[0], failed))
+    return ensemble, functools.partial(OfResiduals, KnownOfEnsemble(asked.F, indices[0], failed))

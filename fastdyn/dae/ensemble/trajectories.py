@@ -12,7 +12,7 @@ from ..result import SENTENCES
 
 
 @dataclasses.dataclass(frozen=True)
-class Facts:
+class KnownOfEnsemble:
     """Facts about an ensemble of DAEs that are known before the solve.
 
     `failed` has the sentences of the trajectories without a consistent start, by number.

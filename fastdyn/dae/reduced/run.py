@@ -25,7 +25,7 @@ from .actions import Action
 from .borders import Borders
 from .events import check_still, watched
 from .history import along, decisions
-from .trajectory import Solution, components, places
+from .trajectory import ReducedSolution, components, places
 
 SINGULAR = (
     "The equations are singular between t = {:.8g} and t = {:.8g}: their index changes there, or "
@@ -175,7 +175,7 @@ def _result(reduction, given, found, last, log, borders):
     end = found.t[last]
     t_eval = given.t_eval
     sign = 1.0 if found.t[-1] >= found.t[0] else -1.0
-    sol = None if found.sol is None else Solution(system, found.sol, borders.before)
+    sol = None if found.sol is None else ReducedSolution(system, found.sol, borders.before)
     beside = borders.before
     if t_eval is None:
         t = found.t[: last + 1]

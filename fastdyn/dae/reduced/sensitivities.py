@@ -31,7 +31,7 @@ class ReducedTangent:
     Parameters
     ----------
     reduction : Reduction
-    given : problem.Given
+    given : problem.DaeArguments
     held : set of int or None
         The components of the start that are held.
     """

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def solve_reduced(given, method) -> OdeResult:
-    """The OdeResult of a problem.Given of any index, by index reduction.
+    """The OdeResult of a problem.DaeArguments of any index, by index reduction.
 
     The derivatives of all states are computed from the equations and their derivatives, by
     compiled code, and integrated by a method of `solve_ivp`. After each step the state moves to the

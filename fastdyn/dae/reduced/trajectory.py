@@ -86,7 +86,7 @@ def solved(matrices, right):
         return found
 
 
-class Solution:
+class ReducedSolution:
     """The continuous solution of y: ``sol(t)`` has shape (n,), or (n, k) for k times.
 
     Parameters

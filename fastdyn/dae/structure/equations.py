@@ -71,7 +71,7 @@ class Equations(NamedTuple):
 
 
 def equations(given, varying=()):
-    """(The Equations of a problem.Given, one for each residual; the key of their graph).
+    """(The Equations of a problem.DaeArguments, one for each residual; the key of their graph).
 
     `varying` has the positions of arguments, from 1, that differ between trajectories.
 

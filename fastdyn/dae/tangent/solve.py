@@ -23,7 +23,7 @@ OF_KINKS = (
 
 
 def solve_with_sensitivities(asked, problem, breakpoints):
-    """The OdeResult of a problem.Given, with the fields `sensitivity` and `event_sensitivity`."""
+    """The OdeResult of a problem.DaeArguments, with `sensitivity` and `event_sensitivity`."""
     try:
         run, index = _run_of(asked, problem, breakpoints)
     except Uncompilable as reason:

@@ -30,7 +30,7 @@ REST = Way(0, 0)
 WAYS = (REST, *(Way(*signs) for signs in itertools.product((1, -1), repeat=2)))
 
 
-class Facts(NamedTuple):
+class ContactFacts(NamedTuple):
     """Slip of a contact, its rate, reaction, friction, and the most that friction holds at rest."""
 
     slip: Any
@@ -40,7 +40,7 @@ class Facts(NamedTuple):
     most: Any
 
 
-class Mode:
+class ContactMode:
     """
     The motion while each contact keeps its way.
 
@@ -61,7 +61,7 @@ class Mode:
     ends : callable
         The event that ends the mode.
     facts : callable
-        For each contact a `Facts`.
+        For each contact a `ContactFacts`.
     """
 
     def __init__(self, derivation, ways):
@@ -87,7 +87,7 @@ class Mode:
             rate = derivation.motion.rate(slip)
             reaction = plain(contact.reaction)
             most = plain(contact.static) * reaction
-            facts.append(Facts(slip, rate, reaction, size, sp.Abs(most, evaluate=False)))
+            facts.append(ContactFacts(slip, rate, reaction, size, sp.Abs(most, evaluate=False)))
         self.rhs: Any = writer.rhs(frictions)
         self._facts = self._own.numbers("facts", [one for each in facts for one in each])
         texts = [self._watched(way, each) for way, each in zip(ways, facts, strict=True) if way]
@@ -108,9 +108,9 @@ class Mode:
         return [onwards, way.push * facts.reaction]
 
     def facts(self, t, w, args):
-        """`Facts` in numbers."""
+        """`ContactFacts` in numbers."""
         found = np.array(self._facts(t, w, *args), float)
-        return [Facts(*each) for each in found.reshape(len(self.ways), -1).tolist()]
+        return [ContactFacts(*each) for each in found.reshape(len(self.ways), -1).tolist()]
 
     @functools.cached_property
     def quantities(self):

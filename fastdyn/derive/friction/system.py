@@ -14,7 +14,7 @@ from fastdyn.systems.base.declare import of_instance
 from fastdyn.systems.base.result import SystemResult, asked
 from fastdyn.systems.base.solve_arguments import completed, span
 
-from .modes import REST, Mode, Way
+from .modes import REST, ContactMode, Way
 from .transitions import Transitions
 
 
@@ -25,7 +25,7 @@ class RubbingSystem(DerivedSystem):
     `solve` goes through the phases of slip and rest, each with its own equations.
     """
 
-    made: ClassVar[dict[tuple[Way | None, ...], Mode]]
+    made: ClassVar[dict[tuple[Way | None, ...], ContactMode]]
 
     def __init_subclass__(cls, **options):
         super().__init_subclass__(**options)
@@ -121,7 +121,7 @@ class RubbingSystem(DerivedSystem):
             again = known[0].derivation if known else derivation
             if again.at_rest != resting:
                 again = type(derivation)(derivation.model, derivation.law, resting)
-            self.made[ways] = Mode(again, ways)
+            self.made[ways] = ContactMode(again, ways)
         return self.made[ways]
 
     @staticmethod

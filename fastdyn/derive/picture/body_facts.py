@@ -8,7 +8,7 @@ import numpy as np
 from . import shapes
 from .guides import guides
 from .joints import joints
-from .places import Places, samples
+from .places import PicturePlaces, samples
 from .view import view
 
 PULLS = ("spring", "damper")
@@ -130,7 +130,7 @@ class BodyFacts:
 
 @functools.lru_cache(maxsize=64)
 def _places(derivation):
-    return Places(derivation)
+    return PicturePlaces(derivation)
 
 
 def _gyration(numbers):

@@ -14,7 +14,7 @@ SAMPLES = 24  # states by which joints are told from accidents
 SPREAD = 1.3  # rad, and times the length of the system, of the samples
 
 
-class Places:
+class PicturePlaces:
     """
     The places of a derived system as numbers.
 

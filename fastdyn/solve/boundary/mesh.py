@@ -15,7 +15,7 @@ from fastdyn.specialise.scalar import newton_kernel, residuals_kernel
 from .functions import longer
 
 
-class Raised(Exception):
+class RaisedOnMesh(Exception):
     """A function raised."""
 
 
@@ -57,7 +57,7 @@ class Solved:
         self.rms = np.empty(m - 1)
         again = Call(residuals_kernel(), *functions, *mesh, *room, self.rms)()
         if collocation.RAISED in (status, again):
-            raise Raised
+            raise RaisedOnMesh
         self.singular = status == collocation.SINGULAR
         self.x = x
         self.y = mesh.y.T

@@ -16,7 +16,7 @@ from fastdyn.words.calls import shown_when_wrong
 from fastdyn.words.raised import explain
 
 from .functions import differ, of_columns, of_ends
-from .mesh import Raised, Solved, finer
+from .mesh import RaisedOnMesh, Solved, finer
 
 EPS = np.finfo(float).eps
 MOST_MESHES = 10
@@ -117,7 +117,7 @@ def solve_bvp(
             return _solved(problem, tol, max_nodes, verbose, tol if bc_tol is None else bc_tol)
     except (Uncompilable, GaveUp, Different) as reason:
         warn_once(fun, str(reason))
-    except Raised:  # SciPy's solver tells what
+    except RaisedOnMesh:  # SciPy's solver tells what
         pass
     return integrate.solve_bvp(*given)  # it refuses, too
 

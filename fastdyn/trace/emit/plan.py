@@ -75,7 +75,7 @@ class Piece:
         self.shape = shape
 
 
-class Plan:
+class LoopPlan:
     """The loops of a program.
 
     Attributes

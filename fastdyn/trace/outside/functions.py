@@ -41,7 +41,7 @@ class Scope(dict):
         return self[name]
 
 
-class Functions:
+class RebuiltFunctions:
     """The rebuilt functions of one run, and the variables that they share."""
 
     def __init__(self, outside):
@@ -200,7 +200,7 @@ def _plain(value):
 
 
 class _Facts(NamedTuple):
-    """The requests of a piece of code: see the equal names in `Reads`, and `Functions.copy`."""
+    """The requests of a piece of code: see equal names in `Reads`, and `RebuiltFunctions.copy`."""
 
     identities: bool
     truths: bool

@@ -27,7 +27,7 @@ from ..reads.reads import MAX_ARRAY, STABLE
 from ..symbols.symbol import AN_ARRAY, Symbol, refuse
 from . import numbers, objects
 from .changes import changed, content
-from .functions import Functions
+from .functions import RebuiltFunctions
 
 ATOMS = (
     type(None), bool, str, bytes, complex, slice, range, frozenset, type(Ellipsis), Fraction,
@@ -47,7 +47,7 @@ class Outside:
         self.graph = graph
         self.reads = reads
         self.lifted = lifted
-        self.functions = Functions(self)
+        self.functions = RebuiltFunctions(self)
         self.things = {}
         self._made = {}
         self.watched: list = []

@@ -19,7 +19,7 @@ DEFAULTS = "__defaults__", "__kwdefaults__"  # attributes of functions
 OF_CODE = {None, "number", "array", "complex array", "absent", "code", "nothing", "class", "size"}
 
 
-class Row(NamedTuple):
+class ReadRow(NamedTuple):
     """One read: a later object of this place must pass `check`, with what was `expected`.
 
     The step of a root is "root", of a function or an argument, or "known", of an object that
@@ -54,7 +54,7 @@ class Reads:
         self.graph = graph
         self.roots = roots
         self.varying = varying
-        self.rows: list[Row] = []
+        self.rows: list[ReadRow] = []
         self.groups: list[Group] = []
         self._known = {}
         self._of_row = {}
@@ -89,7 +89,7 @@ class Reads:
         row = self._known.get(place)
         if row is None:
             row = self._known[place] = len(self.rows)
-            self.rows.append(Row(place[0], place[1], key))
+            self.rows.append(ReadRow(place[0], place[1], key))
         return row
 
     def expect(self, row, check, expected=None):
