@@ -68,6 +68,21 @@ def test_a_result_is_that_of_a_first_solve(method, options):
             assert_same(first, found)
 
 
+def test_a_short_array_of_floats_goes_to_the_builtin(monkeypatch):
+    solver, _ = solver_of()
+    first = prepare(driven, SPAN, [1.0, 2.0], args=(3.0,))()
+    by_python = []
+    take = ready.taken_from
+    monkeypatch.setattr(ready, "taken_from", lambda *given: by_python.append(1) or take(*given))
+    y0 = np.array([1.0, 2.0])
+    for given in (y0, np.asfortranarray(np.c_[y0, y0])[:, 0], np.r_[y0, y0].astype(">f8")[::3]):
+        assert_same(prepare(driven, SPAN, given, args=(3.0,))(), solver(given, (3.0,)))
+    assert not by_python
+    for given in (y0.astype(int), y0.astype(np.longdouble)):
+        assert_same(first, solver(given, (3.0,)))
+    assert len(by_python) == 2
+
+
 @pytest.mark.parametrize("options", OTHER_FIELDS.values(), ids=OTHER_FIELDS)
 def test_other_fields_are_those_of_a_first_solve(options):
     solver, run = solver_of(**options)

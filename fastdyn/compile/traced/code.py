@@ -67,10 +67,10 @@ class Traced:
             self._find_results()
 
     def _find_rows(self):
-        from .pointer_form import Plan, program_of
+        from .pointer_form import LoopPlan, program_of
 
         self.n_stored, self.program = len(self.trace.outputs), program_of(self, self.trace.outputs)
-        self.plan = Plan(self.program)
+        self.plan = LoopPlan(self.program)
         self.kinds = list(map(kind_of_group, self.trace.reads.groups))  # the plan reads more
         found = [*self.plan.decisions, *self.plan.single_decisions]
         self.decisions = found if self.mode.notes_sides else []
