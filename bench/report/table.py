@@ -124,13 +124,25 @@ def pivot(rows, key, column, value):
 
 def first_call(record):
     """Median seconds."""
-    lines = [
+    return [
         "The first answer, seconds from the start of the process, medians; a new machine has no "
-        "files of any cache:", "", *pivot(record["first_call"], "solver", "what", "median_s"), ""
+        "files of any cache:", "", *pivot(record["first_call"], "solver", "what", "median_s"), "",
+        *_of_another_run(record, "first_call"),
     ]  # fmt: skip
-    if "first_call" in record.get("replaced", {}):
-        lines += [origin(record, "first_call"), ""]
-    return lines
+
+
+def ensemble(record):
+    """Trajectories a second."""
+    return [
+        "Trajectories a second (satellite to t = 100, building to t = 20, rtol 1e-6):", "",
+        *pivot(record["ensemble"], "solver", "problem", "a_second"), "",
+        *_of_another_run(record, "ensemble"),
+    ]  # fmt: skip
+
+
+def _of_another_run(record, group):
+    """Where the numbers of a group are from, if the group is of another run."""
+    return [origin(record, group), ""] if group in record.get("replaced", {}) else []
 
 
 def drift(rows):
@@ -172,8 +184,7 @@ def for_page(record):
         *first_call(record),
         "A solve of thirty steps, and one with a thousand outputs, microseconds:", "",
         *pivot(record["fixed_cost"], "solver", "output", "min_us"), "",
-        "Trajectories a second (satellite to t = 100, building to t = 20, rtol 1e-6):", "",
-        *pivot(record["ensemble"], "solver", "problem", "a_second"), "",
+        *ensemble(record),
         origin(record),
     ]  # fmt: skip
 
