@@ -320,7 +320,7 @@ STEPPED = {
 OTHER_WAYS = {  # the way, the cases that it takes, and what it has of the first result
     # a hair before a breakpoint, a Stepper has the state, and solve_ivp that at the breakpoint
     "stepped": (stepped, STEPPED - {"breakpoints"}, of_steps),
-    "member": (member, STEPPED - {"dense"} | {"times"}, of_end),
+    "member": (member, STEPPED - {"dense", "second order"} | {"times"}, of_end),
     "resumed": (resumed, STEPPED | {"times"}, None),
 }
 PRODUCT = [
