@@ -28,6 +28,7 @@ def _compiled(given):
         os.chdir(folder)  # setuptools would read the pyproject.toml of this project
         try:
             made.compile_C()
+            made.__del__()  # of its files; garbage in a cycle deletes them with a ResourceWarning
         finally:
             os.chdir(here)
     return made
