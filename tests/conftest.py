@@ -147,6 +147,14 @@ def nothing_asks_what_lives(monkeypatch):
 
 
 @pytest.fixture
+def nothing_known(monkeypatch):
+    """No call has come before: the kept runs are forgotten."""
+    from fastdyn.compile.memory import Table
+
+    monkeypatch.setattr("fastdyn.run.again.calls", Table())
+
+
+@pytest.fixture
 def wrong_choices(monkeypatch):
     """Code with three times what is right on one side, and a first comparison that sees nothing."""
     from fastdyn.trace.graph.expressions import Graph

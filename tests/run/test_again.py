@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_dde, solve_ivp
-from fastdyn.compile import memory
 from fastdyn.integrate import few, odeint
 from fastdyn.run import again
 from support.repeated import in_threads
@@ -38,9 +37,8 @@ DOORS = {
 
 
 @pytest.fixture(params=DOORS)
-def door(request, monkeypatch):
+def door(request, nothing_known, monkeypatch):
     """How functions of one code are made, and how one of them is solved; nothing is known yet."""
-    monkeypatch.setattr(again, "calls", memory.Table())
     monkeypatch.setattr(few, "solved", lambda *given: None)  # SciPy's odeint has other bits
     return DOORS[request.param]
 

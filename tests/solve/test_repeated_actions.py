@@ -17,10 +17,7 @@ from support.repeated import assert_first, is_plain, plain, warm
 
 SPAN, START = (0.0, 1.0), [1.0, 0.1]
 
-
-@pytest.fixture(autouse=True)
-def nothing_known(monkeypatch):
-    monkeypatch.setattr(again, "calls", fastdyn.compile.memory.Table())
+pytestmark = pytest.mark.usefixtures("nothing_known")
 
 
 def driven(t, y, k):

@@ -8,10 +8,8 @@ import warnings
 import numpy as np
 import pytest
 
-import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.kernels.methods.taylor.accuracy import order_for
-from fastdyn.run import again
 from fastdyn.solve import ivp, repeated
 from support.repeated import CALLS, assert_same, closure, is_plain, plain, warm, was_ready
 
@@ -24,9 +22,7 @@ def pendulum(t, y):
     return [y[1], -g * math.sin(y[0]) + 0.01 * t]
 
 
-@pytest.fixture(autouse=True)
-def nothing_known(monkeypatch):
-    monkeypatch.setattr(again, "calls", fastdyn.compile.memory.Table())
+pytestmark = pytest.mark.usefixtures("nothing_known")
 
 
 SPANS = [

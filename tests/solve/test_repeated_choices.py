@@ -7,16 +7,12 @@ import pytest
 
 import fastdyn
 from fastdyn import solve_ivp
-from fastdyn.run import again
 from fastdyn.solve import automatic
 from support.repeated import CALLS, assert_first, is_plain, plain, warm
 
 SPAN, START = (0.0, 1.0), [1.0, 0.1]
 
-
-@pytest.fixture(autouse=True)
-def nothing_known(monkeypatch):
-    monkeypatch.setattr(again, "calls", fastdyn.compile.memory.Table())
+pytestmark = pytest.mark.usefixtures("nothing_known")
 
 
 def pendulum(t, y, k):

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-import fastdyn
 from fastdyn import solve_ivp
-from fastdyn.run import again
 from support.repeated import assert_first, in_threads, is_plain, plain, warm
 
 SPAN, START = (0.0, 1.0), [1.0 + 0.5j, -0.25]
@@ -13,10 +11,7 @@ METHODS = {
     "RK45": {}, "RK4": {"step": 0.125}, "Taylor": {"rtol": 1e-8}, "Radau": {},
 }  # fmt: skip
 
-
-@pytest.fixture(autouse=True)
-def nothing_known(monkeypatch):
-    monkeypatch.setattr(again, "calls", fastdyn.compile.memory.Table())
+pytestmark = pytest.mark.usefixtures("nothing_known")
 
 
 def turning(t, y, k):

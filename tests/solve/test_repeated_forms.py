@@ -5,19 +5,14 @@ import math
 import numpy as np
 import pytest
 
-import fastdyn
 from fastdyn import prepare, solve_ivp
 from fastdyn.kernels.methods import METHODS
-from fastdyn.run import again
 from support.repeated import assert_first, is_plain, plain, warm
 
 SPAN, START, STEP = (0.0, 1.0), [1.0, 0.1], 0.125
 OF_FORM = [name for name, method in METHODS.items() if method.second_order]
 
-
-@pytest.fixture(autouse=True)
-def nothing_known(monkeypatch):
-    monkeypatch.setattr(again, "calls", fastdyn.compile.memory.Table())
+pytestmark = pytest.mark.usefixtures("nothing_known")
 
 
 def pendulum(t, y, k):

@@ -32,9 +32,7 @@ def pendulum(t, y):
     return [y[1], -9.81 * math.sin(y[0]) + 0.01 * t]
 
 
-@pytest.fixture(autouse=True)
-def nothing_known(monkeypatch):
-    monkeypatch.setattr(again, "calls", fastdyn.compile.memory.Table())
+pytestmark = pytest.mark.usefixtures("nothing_known")
 
 
 def test_stiffness_is_noticed():
