@@ -87,13 +87,14 @@ def _hashes(of_folders):
         known = data[64:]
         if data == _sealed(known, stamp):
             return json.loads(known)
-    known = _shipped(found) or _computed(_contents(found))
+    contents = _contents(found)
+    known = _shipped(contents) or _computed(contents)
     if _stamp(found) == stamp:  # no file was edited meanwhile
         folders.store(f"{stamp}.sources", _sealed(json.dumps(known).encode(), stamp))
     return known
 
 
-def _shipped(found):
+def _shipped(contents):
     """The hashes that a wheel brings; None if the files are not those that the wheel was made of.
 
     They save a first process 0.8 s: to read the imports of all files.
@@ -102,7 +103,6 @@ def _shipped(found):
         every = json.loads(SHIPPED.read_bytes())
     except OSError:
         return None
-    contents = _contents(found)
     whole = _digest(contents, _of_files(contents))
     return next((known for known in every if known[WHOLE] == whole), None)
 
