@@ -318,7 +318,6 @@ class Run(LaidOut):
     def _go_on(self, status, n_steps, spent):
         """Take chunks up to the end, after a first chunk of `n_steps`; the status."""
         p = self.problem
-        tier = self.tier
         chunk = max(1, int(CHUNK_SECONDS / (spent * self.evaluations)))
         if n_steps:
             chunk = next_chunk(n_steps, spent)
@@ -329,47 +328,53 @@ class Run(LaidOut):
         if file is not None and (saved := file.load()) is not None:
             status = from_arrays(saved, self)
             self.lay_output()
+        with time_bar(p.progress, p) as bar:
+            return self._in_chunks(status, chunk, follower, file, bar)
+
+    def _in_chunks(self, status, chunk, follower, file, bar):
+        """`_go_on` behind the preparations; `follower`, `file` and `bar` may be None."""
+        p = self.problem
+        tier = self.tier
         state = self.view("solve.state")
         done = int(state["n_accepted"][0])
         crawls_to = np.inf if p.method.name in SHARED_METHODS else MOST_AHEAD
         looks = Looks(self, done, MANY_AHEAD if self.may_follow else MOST_AHEAD, crawls_to)
-        with time_bar(p.progress, p) as bar:
-            try:
-                while status in GOES_ON:
-                    if looks.end(done):
-                        return STEP_TOO_SMALL
-                    if status == FULL:
-                        self.output.make_room()
-                        self.lay_output()
-                    left = p.max_steps - done
-                    if left <= 0:
-                        return STEP_LIMIT
-                    alone = p.callback or follower is not None
-                    n_steps = 1 if alone else int(min(chunk, left, looks.left(done)))
-                    if follower is not None:
-                        follower.follow(self)
-                    began = perf_counter()
-                    worked = thread_time()
-                    status = self.step(n_steps)
-                    tier.record_time(thread_time() - worked)
-                    spent = perf_counter() - began
-                    before = done
-                    done = int(state["n_accepted"][0])
-                    if status == RUNNING:
-                        chunk = next_chunk(n_steps, spent)
-                        tier.promote()
-                    if bar is not None:
-                        bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)
-                    if file is not None and (file.due() or status not in GOES_ON):
-                        file.save(to_arrays(status, self))
-                    if p.callback and done > before:
-                        if stops(p.callback, self) and status in GOES_ON:
-                            return STOPPED
-                        self.follow_again()
-            except KeyboardInterrupt:
-                if file is not None and status in GOES_ON:
+        try:
+            while status in GOES_ON:
+                if looks.end(done):
+                    return STEP_TOO_SMALL
+                if status == FULL:
+                    self.output.make_room()
+                    self.lay_output()
+                left = p.max_steps - done
+                if left <= 0:
+                    return STEP_LIMIT
+                alone = p.callback or follower is not None
+                n_steps = 1 if alone else int(min(chunk, left, looks.left(done)))
+                if follower is not None:
+                    follower.follow(self)
+                began = perf_counter()
+                worked = thread_time()
+                status = self.step(n_steps)
+                tier.record_time(thread_time() - worked)
+                spent = perf_counter() - began
+                before = done
+                done = int(state["n_accepted"][0])
+                if status == RUNNING:
+                    chunk = next_chunk(n_steps, spent)
+                    tier.promote()
+                if bar is not None:
+                    bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)
+                if file is not None and (file.due() or status not in GOES_ON):
                     file.save(to_arrays(status, self))
-                raise
+                if p.callback and done > before:
+                    if stops(p.callback, self) and status in GOES_ON:
+                        return STOPPED
+                    self.follow_again()
+        except KeyboardInterrupt:
+            if file is not None and status in GOES_ON:
+                file.save(to_arrays(status, self))
+            raise
         return status
 
 
