@@ -11,7 +11,7 @@ from fastdyn.compile.bind import bind, rebind
 from fastdyn.compile.callables import Uncompilable
 from fastdyn.compile.compare import machine_value
 from fastdyn.compile.derivatives.sensitivities import bind_variational
-from fastdyn.compile.functions import BASE, with_callback
+from fastdyn.compile.functions import with_callback
 from fastdyn.compile.mode import HISTORY
 from fastdyn.compile.python_callback import Callback
 from fastdyn.compile.sentences import GaveUp
@@ -26,7 +26,7 @@ from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.reads.reads import flat
 from fastdyn.words.kinds import shown
 
-from .points import may_jump
+from .points import may_jump, traced_base
 
 NEAR = 1e-3  # share of the span
 
@@ -119,9 +119,8 @@ class History:
         """Whether the history may jump or have a kink at times that are not known."""
         if self._function is None:
             return False
-        function = self._bound.function
-        function = function and function.notes.get(BASE, function)
-        if function is None or function.traced is None:
+        function = traced_base(self._bound)
+        if function is None:
             return True
         outputs = [*function.traced.stored, function.traced.trace.raising]
         return function.derived("decides", lambda: may_jump({node.op for node in live(outputs)}))
@@ -307,9 +306,8 @@ class History:
         given = getattr(self._function, "derivative", None)
         if given is not None:
             return _numbers(given(t))
-        function = self._bound.function
-        function = function and function.notes.get(BASE, function)
-        if function is None or function.traced is None:
+        function = traced_base(self._bound)
+        if function is None:
             raise ValueError(
                 "`past.derivative` before the start needs the derivative of `history`, which "
                 "cannot be traced: give `history.derivative`, a function of t."

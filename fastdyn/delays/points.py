@@ -71,10 +71,16 @@ def read_at(bound, t, y):
 
 def _known(bound) -> tuple[Any, Any]:
     """The trace of a Bound, and what `_times` tells of it; None without a trace."""
-    function = bound.function and bound.function.notes.get(BASE, bound.function)
-    if function is None or function.traced is None:
+    function = traced_base(bound)
+    if function is None:
         return None, None
     return function.traced, function.derived("delays", lambda: _times(function.traced))
+
+
+def traced_base(bound):
+    """The Function of a Bound, without sensitivities; None without a trace."""
+    function = bound.function and bound.function.notes.get(BASE, bound.function)
+    return None if function is None or function.traced is None else function
 
 
 def _times(traced):

@@ -27,7 +27,7 @@ SENTENCE = (
 
 
 def told_of(run, n_last=None):
-    """What is to be said of the last steps of a DelayRun, or of all; "" if nothing is."""
+    """The sentence about the last steps of a DelayRun, or about all steps; "" without one."""
     t, y = run.steps(n_last)
     read = read_at(run.bounds[0], t, y)
     if read is None:  # unknown before the function is called
