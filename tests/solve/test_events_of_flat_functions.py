@@ -179,7 +179,7 @@ def test_scipys_methods_keep_scipys_occurrences_and_tell_it(method, terminal):
 
 
 def test_two_edges_within_a_step_of_a_method_of_scipys_act():
-    """Of long steps; by SciPy's rule, one edge a step at most, a warning told of the others."""
+    """The steps are long: by SciPy's rule, one edge a step would act, and a warning tell others."""
     found = solve_ivp(
         oscillates, (0, 10), [0.0, 0.0], "RK45", events=directed(above, 1), on_event=count
     )

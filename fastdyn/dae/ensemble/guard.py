@@ -54,8 +54,8 @@ class Guard:
 
     def tolerances(self, options, method):
         """The options for the longer state; the components behind count in no error."""
-        rtol, atol = options["rtol"], options["atol"]
-        rtol, atol = longer_tolerances(method, rtol, atol, self._n, self.size)
+        given = options["rtol"], options["atol"]
+        rtol, atol = longer_tolerances(method, *given, self._n, self.size)
         return {**options, "rtol": rtol, "atol": atol}
 
     def motion(self, motion):
