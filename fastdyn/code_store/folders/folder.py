@@ -15,7 +15,8 @@ from typing import Any
 from . import trust
 from .trust import POSIX, Doubt
 
-HOUR = 3600.0  # seconds between two notes of a use; age at which half-written files are deleted
+HOUR = 3600.0  # seconds; age at which half-written files are deleted
+NOTED = 60.0  # seconds between two notes of a use: a note costs 2 us
 PLAIN = sum(getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
 LINK = (errno.ELOOP, errno.EMLINK, errno.ENOTDIR)  # errors for a link that is not followed
 
@@ -92,7 +93,7 @@ class Folder:
                 self.check()
             if not stat.S_ISREG(found.st_mode):
                 raise Doubt("an entry is no file")
-            if POSIX and found.st_uid == os.geteuid() and found.st_mtime < time.time() - HOUR:
+            if POSIX and found.st_uid == os.geteuid() and found.st_mtime < time.time() - NOTED:
                 with contextlib.suppress(OSError):  # where nothing can be written
                     os.utime(file)  # `prune` drops the files longest unused
             return os.read(file, found.st_size)
