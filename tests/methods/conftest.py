@@ -6,7 +6,10 @@ from fastdyn.solve import by_method
 
 
 @pytest.fixture
-def nothing_is_left_to_scipy(monkeypatch, request):
-    """Solves that call SciPy's methods fail, but in tests of sparse matrices."""
-    if "sparse" not in request.node.name:
-        monkeypatch.delattr(by_method, "by_scipy")
+def nothing_is_left_to_scipy(monkeypatch):
+    """Solves that call SciPy's methods fail."""
+
+    def refused(asked, method):
+        raise AssertionError(f"{method} is left to SciPy")
+
+    monkeypatch.setattr(by_method, "by_scipy", refused)
