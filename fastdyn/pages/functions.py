@@ -142,20 +142,27 @@ class PageFunctions:
         n = len(system.states)
         names = list(phases)
         listed = []
-        for phase in phases.values():
+        for phase_name, phase in phases.items():
+            end = Event.of(phase.event)
+            if end.limit > 1 or end.beyond("limit", "direction"):
+                raise NotExported(
+                    f"The phase {phase_name} ends at some crossings of its event alone, by "
+                    "`terminal` or `wait`: a page ends a phase at the first one."
+                )
 
             def after(t, y, *args, after=phase.after):
                 name, state = after(t, y, *args)
                 return [names.index(name), *state]
 
             members = {
-                "f": parts.of(phase.fun, (n,), "rhs"), "ends": parts.of(phase.event, None, "event"),
+                "f": parts.of(phase.fun, (n,), "rhs"),
+                "ends": parts.of(end.function, None, "event"),
                 "after": parts.of(after, (n + 1,), "after"),
             }  # fmt: skip
             if project := phase.options.get("project"):
                 members["project"] = parts.of(project, (n,), "project")
             texts = [f"{key}: {parts.source(key, one)}" for key, one in members.items()]
-            texts.append(f"direction: {float(getattr(phase.event, 'direction', 0))!r}")
+            texts.append(f"direction: {end.direction!r}")
             listed.append(f"{{{', '.join(texts)}}}")
 
         def first(t, y, system):

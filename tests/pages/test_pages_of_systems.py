@@ -235,6 +235,20 @@ def test_an_event_with_a_rule_that_no_page_has_is_told():
     assert "events: [function" in functions.texts[0].text
 
 
+@pytest.mark.parametrize("rule, value", [("terminal", 2), ("wait", 0.5)])
+def test_a_phase_with_a_rule_that_no_page_has_is_refused(rule, value, monkeypatch):
+    def end(t, y, *args):
+        return y[0]
+
+    end.terminal = True
+    setattr(end, rule, value)
+    cable = systems.cable()
+    phases = {name: one._replace(event=end) for name, one in cable.phases().items()}
+    monkeypatch.setattr(type(cable), "phases", lambda self: phases)
+    with pytest.raises(NotExported, match=f"phase cable ends .* `{rule}`"):
+        of_page.page(cable)
+
+
 def test_friction_is_refused(tmp_path):
     pytest.importorskip("sympy", reason="the extra `derive` is not installed")
     from fastdyn.derive import Model, i, j
