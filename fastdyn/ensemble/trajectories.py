@@ -100,17 +100,17 @@ class Trajectories:
             return self._components(self._results.y_eval).transpose(0, 2, 1)
         return self._results.states(self._n)
 
-    def following(self):
+    def following(self, names=FOLLOWING):
         """The fields that follow from counts and ends, arrays of shape (M,) by their names."""
         results = self._results
         counts = {name: results.counts[name] for name in OF_STEPS}
         ended = Ended(**counts, h=results.h_end)
-        found = following(self._problem.method, ended)
+        found = following(self._problem.method, ended, names)
         return {name: numbers for name, numbers in found.items() if numbers is not None}
 
     def __getattr__(self, name) -> Any:
         if name in FOLLOWING:
-            found = self.following()
+            found = self.following((name,))
             if name in found:
                 return found[name]
         known = [each for each in (*dir(self), *FOLLOWING) if each[0] != "_"]

@@ -134,18 +134,18 @@ def made(method, ended, **parts) -> Any:
     return found
 
 
-def following(method, ended):
+def following(method, ended, names=FOLLOWING):
     """The fields that follow from an Ended, by name; None for a number that is not counted."""
-    return {name: formula(method, ended) for name, formula in FOLLOWING.items()}
+    return {name: FOLLOWING[name](method, ended) for name in names}
 
 
-def of_parts(parts):
+def of_parts(parts, names=FOLLOWING):
     """The fields that follow from Endeds of parts of a solve, dicts with them, by name.
 
     A number that a part has not counted stands for the whole.
     """
     found = {}
-    for name in FOLLOWING:
+    for name in names:
         numbers = [part[name] for part in parts]
         found[name] = None if None in numbers else FIELDS[name].joined(numbers)
     return found

@@ -262,13 +262,13 @@ class Stepper(OdeSolver):
     def __getattr__(self, name) -> Any:
         if name not in FOLLOWING:
             raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
-        return self._ended()[name]
+        return self._ended((name,))[name]
 
-    def _ended(self):
+    def _ended(self, names=FOLLOWING):
         """The fields of a result that follow from the end of a solve, by name."""
         run = self._run
-        found = following(run.problem.method, Ended.of(run.view("solve.state")[0]))
-        return of_parts([self._before, found]) if self._before else found
+        found = following(run.problem.method, Ended.of(run.view("solve.state")[0]), names)
+        return of_parts([self._before, found], names) if self._before else found
 
     def interpolate(self, t):
         """The state at a time of the last step, shape (n,), or (n, k) at k times."""

@@ -224,3 +224,15 @@ print("as told")
 def test_a_record_more_is_a_field_more():
     edits = {"fastdyn.run.result": (LAST, LAST + RECORD)}
     assert run_edited(TRIED, edits) == "as told\n"
+
+
+def test_a_field_of_a_stepper_or_an_ensemble_computes_no_other(monkeypatch):
+    def counted(method, ended):
+        raise AssertionError
+
+    stepper = Stepper(decay, 0.0, [1.0], 1.0)
+    together = fastdyn.solve_ensemble(decay, (0, 1), [[1.0], [2.0]])
+    monkeypatch.setitem(FOLLOWING, "n_rejected", counted)
+    assert stepper.nfev > 0 and (together.nfev > 0).all()
+    with pytest.raises(AssertionError):
+        stepper.n_rejected  # noqa: B018
