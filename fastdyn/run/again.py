@@ -12,7 +12,7 @@ from fastdyn.compile import memory
 from fastdyn.compile.bind import leave_to_python
 from fastdyn.compile.callables import is_jitted
 from fastdyn.compile.sentences import GaveUp, WritesToState
-from fastdyn.problem.events import Event
+from fastdyn.problem.events import Event, with_functions
 
 from .outcome import result_of
 from .ready import ReadyRun
@@ -148,7 +148,9 @@ class Solver(Kind):
 
     def present(self, ready, fun, args, others):
         """The problem of the solve that a ReadyRun has begun."""
-        raise NotImplementedError
+        p = self.problem._replace(schedules=ready.problem.schedules)  # of the span of the run
+        y0 = ready.room[: len(p.y0)].copy()
+        return with_functions(p, others)._replace(fun=fun, args=args, y0=y0, **ready.taken())
 
     def ended(self, problem, run):
         """Called after a solve that went on after its first chunk."""

@@ -322,8 +322,3 @@ class _Solver(Solver):
             return [ReadyRun(run, problem, functions, *given)]
         except Uncompilable:
             return []
-
-    def present(self, ready, fun, args, others):
-        schedules = ready.problem.schedules  # of the span of the run
-        p = self.problem._replace(schedules=schedules, args=args)
-        return p._replace(y0=ready.room.copy(), **ready.taken())

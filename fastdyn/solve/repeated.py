@@ -160,11 +160,6 @@ class Repeated(Solver):
         except (GaveUp, Uncompilable):
             return []
 
-    def present(self, ready, fun, args, others):
-        p = self.problem._replace(schedules=ready.problem.schedules)  # of the span of the run
-        y0 = ready.room[: len(p.y0)].copy()
-        return with_functions(p, others)._replace(fun=fun, args=args, y0=y0, **ready.taken())
-
 
 class WithAdjoint(Repeated):
     """Calls of one kind with the option `adjoint`."""

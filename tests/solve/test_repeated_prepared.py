@@ -112,6 +112,15 @@ def test_solves_that_fail():
     assert_same(plain([0.25]), mine([0.25]))
 
 
+def test_solves_of_other_spans_that_fail():
+    mine, plain = both_ways(max_steps=20, rtol=1e-9)
+    assert is_plain(mine, t_span=(0.0, 0.1))
+    for end in (50.0, 80.0, -50.0):
+        failed = mine(t_span=(0.5, end))
+        assert failed.status == -1 and "of the way" in failed.message
+        assert_same(plain(t_span=(0.5, end)), failed)
+
+
 def test_what_a_result_can_do():
     mine, _ = both_ways()
     result = mine()

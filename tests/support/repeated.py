@@ -143,9 +143,9 @@ def prepared(fun=pendulum, span=(0.0, 1.0), y0=START, method="RK45", t_eval=None
 class LongWay(Prepared):
     """A solver without runs that are ready."""
 
-    def __call__(self, y0=None, args=None):
+    def __call__(self, *given, **named):
         self._solver.idle = []
-        return super().__call__(y0, args)
+        return super().__call__(*given, **named)
 
 
 def both_ways(fun=pendulum, *given, **named):
