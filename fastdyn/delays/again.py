@@ -1,11 +1,12 @@
 """A delay equation solved again, with another history and other arguments."""
 
+import contextlib
 from typing import Any
 
 import numpy as np
 
 from fastdyn.compile.bind import leave_to_python, numpy_errors_are_heard, rebind
-from fastdyn.compile.sentences import GaveUp
+from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.kernels.output.arguments import PAST_BEGINS, SHORT
 from fastdyn.kernels.state.record import Y
 from fastdyn.problem.events import between_steps
@@ -134,8 +135,9 @@ class RepeatedEquation(Equation):
         functions = p.fun, *self._others()
         common = p._replace(fun=None, args=(), dense_output=self.dense_output)
         run.suits = self._suits
-        self._ready = ReadyRun(run, common, functions, p.args, self._go_on)
-        self.history.begin_at(self._ready.room)
+        with contextlib.suppress(Uncompilable):
+            self._ready = ReadyRun(run, common, functions, p.args, self._go_on)
+            self.history.begin_at(self._ready.room)
 
     def _others(self):
         return [function for function, _ in between_steps(self.problem)]

@@ -1,5 +1,6 @@
 """A run of LSODA that goes on from one time of output to the next."""
 
+import contextlib
 import math
 from typing import Any
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from fastdyn.compile.bind import leave_to_python, numpy_errors_are_heard, or_in_python
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.sentences import GaveUp
+from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.compile.traced.known import N_LEFT
 from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.methods import METHODS
@@ -159,7 +160,8 @@ class Continued:
         functions = [f for f in (run.problem.fun, run.problem.jac) if f is not None]
         self._plain = None
         if run.is_plain() and len(functions) == len(run.bounds):
-            self._plain = PlainSteps(run, functions, self._state, self._work, self._record)
+            with contextlib.suppress(Uncompilable):
+                self._plain = PlainSteps(run, functions, self._state, self._work, self._record)
 
     def _begun(self, n_steps):
         self._new_run()

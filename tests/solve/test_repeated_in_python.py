@@ -3,6 +3,7 @@
 import copy
 import functools
 import gc
+import math
 import random
 import signal
 import weakref
@@ -12,9 +13,11 @@ import pytest
 import scipy.integrate
 
 from fastdyn import prepare, solve_ivp
+from fastdyn.delays import prepare_dde
 from fastdyn.integrate import odeint
 from fastdyn.run import again
 from fastdyn.run.again import MOST_IN_PYTHON
+from fastdyn.run.functions import readers
 from fastdyn.run.ready import ReadyRun
 from support.repeated import CALLS, START, assert_same, in_threads, is_plain, plain, warm, was_ready
 
@@ -167,6 +170,22 @@ def test_a_function_that_can_be_compiled_later_is(monkeypatch):
         assert np.allclose(found.y, expected.y, rtol=1e-14)
     (run,) = [each for each in ready_runs() if each not in before]
     assert not run.in_python
+
+
+def test_a_run_whose_trace_is_not_known_is_made_ever_less_often(monkeypatch):
+    tried = []
+
+    class Forgotten(readers.Attempt):
+        def known(self, batches=False):
+            tried.append(self)
+
+    monkeypatch.setattr(readers, "Attempt", Forgotten)
+    for _ in range(100):
+        solve_ivp(lambda t, y: [y[1], -0.3 * y[0]], SPAN, START)
+    assert 1 <= len(tried) <= math.log2(100)
+    assert odeint(lambda y, t: -0.3 * y, [1.0], np.linspace(0.0, 3.0, 50)).shape == (50, 1)
+    late = prepare_dde(lambda t, y, past: -past(t - 1.0), (0, 3), [1.0])
+    assert [late().nfev for _ in range(10)] == 10 * [late().nfev]
 
 
 def ready_runs():

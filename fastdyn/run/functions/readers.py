@@ -21,7 +21,7 @@ def reader_of(run, bound, fun, args):
     Raises
     ------
     Uncompilable
-        The equations have to be looked at in each solve.
+        The equations have to be looked at in each solve, or no trace of them is known.
     """
     read = _reader(run.problem, bound, fun, args)
     if bound.mode.second_order:
@@ -49,7 +49,7 @@ def _reader(problem, bound, fun, args):
         return lambda fun, args, block: rebind(bound, fun, args) or None
     known = Attempt(fun, args, mode, n, varying).known(bound.function.in_batches)
     if known is None:
-        return lambda fun, args, block: None
+        raise Uncompilable("its trace is no longer known")
     return known[0].read
 
 
