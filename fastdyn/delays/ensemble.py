@@ -17,6 +17,8 @@ from fastdyn.ensemble.trajectories import Trajectories
 from fastdyn.kernels.state.record import EVENT, FINISHED, INTERRUPTED, RAISED, STEP_TOO_SMALL
 from fastdyn.problem import validate
 from fastdyn.problem.members import Members
+from fastdyn.problem.options.docstrings import filled
+from fastdyn.problem.options.table import refused_by
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong
 
@@ -28,18 +30,16 @@ if TYPE_CHECKING:
 
 FEW = 8  # most trajectories with which a solver is prepared
 CODES = {0: FINISHED, 1: EVENT, -2: INTERRUPTED}  # of the kernels, by SciPy's status
-REFUSED = {  # options of `solve_dde`
-    "sensitivity": "`solve_dde`, trajectory by trajectory, has it.",
-    "on_interrupt": "Ctrl-C raises KeyboardInterrupt, whose `result` has the trajectories so far.",
-    "checkpoint": "a file is of one solve.",
-    "dense_output": "`t_eval` has times of output; `solve_dde` has `sol`.",
-    "reduce": "compute it from `y`, or by a further component of the equations.",
-    "y0": "`history` is the state up to the start, a row a trajectory.",
-    "simd": "delay equations run one by one, on all threads.",
+REFUSED = refused_by("solve_dde_ensemble") | {  # and arguments of other functions
+    "dense_output": "`t_eval` has times of output; `solve_dde` has `sol`",
+    "reduce": "compute it from `y`, or by a further component of the equations",
+    "y0": "`history` is the state up to the start, a row a trajectory",
+    "simd": "delay equations run one by one, on all threads",
 }
 
 
 @shown_when_wrong(**KINDS, threads=kinds.whole, progress=kinds.flag)
+@filled("solve_dde_ensemble")
 def solve_dde_ensemble(
     fun: Function,
     t_span: TimeSpan,
@@ -72,8 +72,7 @@ def solve_dde_ensemble(
     progress : bool
         Show a progress bar.
     **options
-        As in `solve_dde`, but for `sensitivity`, `checkpoint` and `on_interrupt`; `compile` is
-        "inlined" by default.
+        As in `solve_dde`, but for {refused}; `compile` is "inlined" by default.
 
     Returns
     -------
@@ -100,7 +99,7 @@ def solve_dde_ensemble(
     >>> late.y_end[:, 0]
     """
     for name in REFUSED.keys() & options.keys():
-        raise TypeError(f"`solve_dde_ensemble` takes no `{name}`: {REFUSED[name]}")
+        raise TypeError(f"`solve_dde_ensemble` takes no `{name}`: {REFUSED[name]}.")
     n_threads = number_of(threads)
     histories, states = _histories(history)
     members = Members(states, validate.extra_arguments(args), "history")

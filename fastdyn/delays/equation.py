@@ -13,7 +13,7 @@ from fastdyn.kernels.output.arguments import GROWN, RESIDUALS, SHORT, STAGES
 from fastdyn.kernels.state.record import Y
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked
-from fastdyn.problem.options.table import value_of
+from fastdyn.problem.options.table import taken_by, value_of
 from fastdyn.run.outcome import result_of
 from fastdyn.run.solve_problem import run_of
 from fastdyn.words import kinds
@@ -31,10 +31,6 @@ EXPLICIT = ("Tsit5", "Vern7", "Vern9", "DOP853")
 STIFF = ("Rodas5P", "Radau")
 METHODS = (*EXPLICIT, *STIFF)
 COUPLED = "Radau"  # its stages are coupled with the past within the step
-OPTIONS = (
-    "rtol", "atol", "max_step", "first_step", "on_event", "at", "every", "breakpoints", "max_steps",
-    "progress", "on_interrupt", "checkpoint", "compile", "sensitivity",
-)  # fmt: skip
 PRECISE = 1e-6  # relative tolerance below which "auto" takes the higher order
 VANISHING = 1e-9  # share of the time below which a delay is zero: steps are not as short
 KINDS = {  # of the arguments of `solve_dde` and `prepare_dde`
@@ -289,9 +285,10 @@ def _acts(problem):
 
 
 def _refuse(options):
+    taken = taken_by("solve_dde")
     for name in options:
-        if name not in OPTIONS:
+        if name not in taken:
             raise TypeError(
-                f"`solve_dde` takes no `{name}`; its options are {', '.join(OPTIONS)}. "
-                f"{did_you_mean(name, (*OPTIONS, 'delays', 'jumps', 't_eval', 'events'))}".rstrip()
+                f"`solve_dde` takes no `{name}`; its options are {', '.join(taken)}. "
+                f"{did_you_mean(name, (*taken, 'delays', 'jumps', 't_eval', 'events'))}".rstrip()
             )

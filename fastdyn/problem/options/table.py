@@ -167,6 +167,7 @@ def _callback(value):
     return value
 
 
+OTHER_EQUATIONS = ("solve_dae", "solve_dae_ensemble", "solve_dde")
 BORDER = "the solution has no derivative where it meets the border"
 JACOBIANS = "Jacobians are exact where F can be traced, and by differences elsewhere"
 ONE_BY_ONE = "`solve_dae`, trajectory by trajectory, has it"
@@ -209,7 +210,7 @@ ALL_OPTIONS = (
         'as with "2-point".  Functions that return sparse matrices run in Python.',
         with_jacobian, kind=kinds.jacobian, scipys=True, matlab="Jacobian", words="dfun",
         refused=_not(
-            solve_dae=JACOBIANS, solve_dae_ensemble=JACOBIANS,
+            "solve_dde", solve_dae=JACOBIANS, solve_dae_ensemble=JACOBIANS,
             adjoint="the sweep takes the exact Jacobian, which is that of the solve without `jac`",
         ),
     ),
@@ -218,24 +219,24 @@ ALL_OPTIONS = (
         "The places of elements of the Jacobian, for differences with fewer evaluations and for "
         "sparse elimination.  Not needed for an exact Jacobian.",
         with_matrices, kind=kinds.matrix, scipys=True,
-        refused=_not("solve_dae", "solve_dae_ensemble"), matlab="JPattern",
+        refused=_not(*OTHER_EQUATIONS), matlab="JPattern",
     ),
     Option(
         "lband", "int or None",
         'For "LSODA", as in SciPy: the numbers of diagonals of the Jacobian below and above the '
         "main diagonal.  A function `jac` then returns the diagonals.",
-        lsoda, kind=kinds.whole, refused=_not("solve_dae", "solve_dae_ensemble", "discrete"),
+        lsoda, kind=kinds.whole, refused=_not(*OTHER_EQUATIONS, "discrete"),
         scipys=True,
     ),
     Option(
         "uband", "", "",
-        lsoda, kind=kinds.whole, refused=_not("solve_dae", "solve_dae_ensemble", "discrete"),
+        lsoda, kind=kinds.whole, refused=_not(*OTHER_EQUATIONS, "discrete"),
         scipys=True,
     ),
     Option(
         "min_step", "float", 'For "LSODA", as in SciPy: the shortest step.',
         lsoda, default=0.0, kind=kinds.number,
-        refused=_not("solve_dae", "solve_dae_ensemble", "SciPy's LSODA"), scipys=True,
+        refused=_not(*OTHER_EQUATIONS, "SciPy's LSODA"), scipys=True,
         matlab="MinStep",
     ),
     Option(
@@ -245,7 +246,7 @@ ALL_OPTIONS = (
         "equations.",
         with_mass, kind=kinds.matrix_or_function, matlab="Mass",
         refused=_not(
-            "energy_drift", "solve_dae", "solve_dae_ensemble", "SciPy",
+            "energy_drift", *OTHER_EQUATIONS, "SciPy",
             solve_phases="it is of one solve_ivp",
             sensitivity="solve for y' in `fun` where the matrix is regular",
             adjoint="solve for y' in `fun` where the matrix is regular",
@@ -256,8 +257,8 @@ ALL_OPTIONS = (
         "step", "float",
         "Size of constant steps.  Steps are never shortened: if the span is not a whole number of "
         "steps, the last step overshoots and the end is interpolated.",
-        constant, kind=kinds.number, refused=_not("residual", "solve_dae_ensemble"), words="dt h",
-        in_key=True,
+        constant, kind=kinds.number, refused=_not("residual", "solve_dae_ensemble", "solve_dde"),
+        words="dt h", in_key=True,
     ),
     Option(
         "on_event", "callable or sequence of callable or None",
@@ -296,7 +297,8 @@ ALL_OPTIONS = (
         "States d that only events and schedules change: all functions are called as ``fun(t, y, "
         "d, *args)``, and the functions of `on_event` return ``(y, d)``.",
         none, refused=_not(
-            "energy_drift", "solve_second_order", "solve_separable", solve_dae_ensemble=BEHIND
+            "energy_drift", "solve_second_order", "solve_separable", "solve_dde",
+            solve_dae_ensemble=BEHIND,
         ),
     ),
     Option(
@@ -311,7 +313,7 @@ ALL_OPTIONS = (
         "its energy, at the cost of one more evaluation of `fun`.  States at the times of `t_eval` "
         "are projected, too; states of `sol` are not.",
         refused=_not(
-            "energy_drift", "solve_dae", "solve_dae_ensemble", "complex", "SciPy", "sensitivity",
+            "energy_drift", *OTHER_EQUATIONS, "complex", "SciPy", "sensitivity",
             "adjoint",
         ),
         in_key="code",
@@ -321,14 +323,14 @@ ALL_OPTIONS = (
         "``domain(t, y, *args)`` returns whether `fun` is defined; `nonnegative`, True, indices or "
         "bools, names the components that must not become negative.",
         refused=_not(
-            "energy_drift", "solve_dae", "solve_dae_ensemble", "complex", "SciPy",
+            "energy_drift", *OTHER_EQUATIONS, "complex", "SciPy",
             sensitivity=BORDER, adjoint=BORDER,
         ),
     ),
     Option(
         "nonnegative", "", "", matlab="NonNegative",
         refused=_not(
-            "energy_drift", "solve_dae", "solve_dae_ensemble", "complex", "SciPy",
+            "energy_drift", *OTHER_EQUATIONS, "complex", "SciPy",
             sensitivity=BORDER, adjoint=BORDER,
         ),
     ),
@@ -347,7 +349,11 @@ ALL_OPTIONS = (
         "on_interrupt", '{"raise", "return"}',
         "On Ctrl-C, raise KeyboardInterrupt, or return the solution so far with status -2.",
         default="raise", check=_one_of("on_interrupt", ON_INTERRUPT),
-        refused=_not("Stepper", "second pass"),
+        refused=_not(
+            "Stepper", "second pass",
+            solve_dde_ensemble="Ctrl-C raises KeyboardInterrupt, whose `result` has the "
+            "trajectories so far",
+        ),
     ),
     Option(
         "callback", "callable",
@@ -357,7 +363,7 @@ ALL_OPTIONS = (
         check=_callback,
         refused=_not(
             "Stepper", "prepare", "solve_ensemble", "energy_drift", "sensitivity", "adjoint",
-            "again", "second pass", "repetition", solve_dae_ensemble=ONE_BY_ONE,
+            "again", "second pass", "repetition", "solve_dde", solve_dae_ensemble=ONE_BY_ONE,
         ),
     ),
     Option(
@@ -369,6 +375,7 @@ ALL_OPTIONS = (
         refused=_not(
             "Stepper", "prepare", "solve_ensemble", "SciPy", "sensitivity", "adjoint", "again",
             "second pass", "repetition", solve_dae_ensemble=ONE_BY_ONE,
+            solve_dde_ensemble="a file is of one solve",
         ),
     ),
     Option(
@@ -380,6 +387,7 @@ ALL_OPTIONS = (
         refused=_not(
             "Stepper", "energy_drift", "second pass", "solve_separable",
             solve_phases="it is of one solve_ivp", solve_dae_ensemble=ONE_BY_ONE,
+            solve_dde_ensemble="`solve_dde`, trajectory by trajectory, has it",
         ),
     ),
     Option(
@@ -391,7 +399,7 @@ ALL_OPTIONS = (
         none,
         refused=_not(
             "Stepper", "solve_ensemble", "energy_drift", "second pass",
-            "solve_second_order", "solve_separable",
+            "solve_second_order", "solve_separable", "solve_dde",
             solve_phases="it is of one solve_ivp",
             solve_dae="`sensitivity` computes the derivatives along the solution",
             solve_dae_ensemble="`sensitivity` of `solve_dae` computes them along the solution",
@@ -405,7 +413,8 @@ ALL_OPTIONS = (
         refused=_not(
             "Stepper", "prepare", "solve_ensemble", "solve_dae", "solve_dae_ensemble",
             "second pass",
-            "solve_second_order", "solve_separable", solve_phases="it is of one solve_ivp",
+            "solve_second_order", "solve_separable", "solve_dde",
+            solve_phases="it is of one solve_ivp",
         ),
     ),
     Option(
