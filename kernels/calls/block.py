@@ -4,11 +4,14 @@
 
 - the address of the function;
 - whether the function raised;
-- the time at which the function raised, or, until then, the sides of its decisions (SIDES);
-- the place of the state at which the function raised;
+- the sides of its decisions, two bits for each of the first decisions: it was true, or was false;
+- the time at which the function raised, and the place of the state there;
 - three addresses, each 0 if there is no such thing: the block of the Jacobian, the words of the
   mass matrix (`algebra/mass.py`), the words of the matrices (`algebra/matrices.py`);
 - the address of the addresses of kernels that few solves of implicit methods need;
+- in the block of a Jacobian: the numbers of its entries (0 for a full matrix) and of its groups of
+  columns, whether its function takes this block, and, for a residual, the numbers of entries of
+  dF/dy and of dF/dy';
 - the parameters of the function.
 
 A Jacobian of the user is called as any function, and fills n x n numbers, row by row.  The block of
@@ -24,16 +27,9 @@ lie behind the words.  The entries have one of four sources:
 - constant numbers behind the places.
 """
 
-ADDRESS, RAISED_WORD, TIME, FAULT, JACOBIAN, MASS, MATRICES, RARE, FIRST = range(9)
-
-# Two bits for each of the first decisions of a function: the decision was true, or was false.
-SIDES = TIME
-MOST_DECISIONS = 31
-
-# Words of the block of a Jacobian; N_ENTRIES is 0 for a full matrix.
-N_ENTRIES = JACOBIAN
-GROUPS = MASS
-OWN_BLOCK = MATRICES
+ADDRESS, RAISED_WORD, SIDES, TIME, FAULT, JACOBIAN, MASS, MATRICES, RARE = range(9)
+N_ENTRIES, GROUPS, OWN_BLOCK, N_STATE, N_RATE, FIRST = range(9, 15)
+MOST_DECISIONS = 31  # that have bits in SIDES
 
 # Words of the block of a pair, q' = velocity(t, p), p' = force(t, q): the blocks of both functions.
 VELOCITY = FIRST

@@ -13,6 +13,7 @@ from fastdyn import code_store
 from fastdyn.code_store import Call, cache, emit_object, target
 from fastdyn.code_store.loader import UnknownSymbol, load, provider
 from fastdyn.code_store.object_file import NotWhole, packed, symbols, unpacked
+from fastdyn.kernels.calls.block import FIRST
 from fastdyn.kernels.state.record import STATE
 from fastdyn.specialise.scalar import shared_kernel, start_kernel
 
@@ -100,7 +101,7 @@ def test_two_files_of_one_symbol_stand_side_by_side():
 def test_arrays_that_a_kernel_does_not_take_are_refused(wrong):
     state, work = wrong(np.zeros(1, STATE), np.zeros((12, 4)))
     with pytest.raises(TypeError, match="must be a C-contiguous array"):
-        Call(start_kernel("RK45"), state, work, np.zeros(8, np.int64), 4.0, 6)
+        Call(start_kernel("RK45"), state, work, np.zeros(FIRST, np.int64), 4.0, 6)
 
 
 def test_arguments_that_are_changed_are_checked_too():

@@ -19,19 +19,15 @@ from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.kernels.calls.block import (
     ABOVE,
     BELOW,
-    FAULT,
     FIRST,
     GROUPS,
     JACOBIAN,
     KIND,
     N_ENTRIES,
+    N_RATE,
+    N_STATE,
     OUTSIDE,
-    TIME,
 )
-
-N_STATE = TIME
-N_RATE = FAULT
-
 
 NOT_KNOWN: Any = None
 

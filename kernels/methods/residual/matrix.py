@@ -14,13 +14,13 @@ import numpy as np
 from ...algebra.matrices import factorise_sum, matrix_at, matrix_rows
 from ...calls.block import (
     ADDRESS,
-    FAULT,
     FIRST,
     GROUPS,
     JACOBIAN,
     N_ENTRIES,
+    N_RATE,
+    N_STATE,
     RAISED_WORD,
-    TIME,
 )
 from ...calls.user_function import address_of, call_with, words_at
 from ...jit.options import INLINED, INTERNAL, njit
@@ -42,7 +42,6 @@ from .past import (
     in_halves,
 )
 
-N_STATE, N_RATE = TIME, FAULT  # words with the numbers of entries of dF/dy and of dF/dy'
 BELOW = FIRST
 ABOVE = FIRST + 1
 PLACES = FIRST + 2
