@@ -164,6 +164,11 @@ def largest_time(times, t0, tf):
     return float(found[np.isfinite(found)].max(initial=abs(t0)))
 
 
+def unit_of_times(as_scipy, t0, tf):
+    """The time that times of events are resolved to beside their own size; 1 as by SciPy."""
+    return 1.0 if as_scipy else min(1.0, abs(tf - t0))
+
+
 def _off(u, t0, tf):
     """The distance of segments from the breakpoints u within the span."""
     return 4 * EPS * largest_time(u, t0, tf)

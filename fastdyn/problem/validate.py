@@ -106,6 +106,11 @@ class Problem(NamedTuple):
         """Whether an event changes the state."""
         return any(event.act is not None for event in self.events or ())
 
+    @property
+    def events_as_scipy(self):
+        """Whether the times of events are located as by SciPy."""
+        return not (self.method.has_own_results or self.acts)
+
 
 def time_span(t_span):
     """The two ends of `t_span`; the second end may be infinite."""

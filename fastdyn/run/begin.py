@@ -19,7 +19,7 @@ from fastdyn.kernels.output.arguments import (
     SLOPES,
 )
 from fastdyn.kernels.state.record import ATOL, RTOL, STATE, K, Y
-from fastdyn.problem.step_options import last_time
+from fastdyn.problem.step_options import last_time, unit_of_times
 from fastdyn.specialise.scalar import (
     all_roots_kernel,
     roots_inside_kernel,
@@ -96,7 +96,7 @@ def event_table(problem, others, order=None) -> Any:
         row["inside"] = COUNTS if counts_inside(method, event) else KEEPS
     if not events:
         return table
-    table["unit"] = unit_of_times(problem, problem.t0, problem.tf)
+    table["unit"] = unit_of_times(problem.events_as_scipy, problem.t0, problem.tf)
     table[0]["middle"] = INTERPOLATED if method.n_matrices or method.series else SLOPES
     table[0]["at_once"] = method.events_at_once
     find = roots_inside_kernel
@@ -112,12 +112,6 @@ def event_table(problem, others, order=None) -> Any:
 def counts_inside(method, event):
     """Whether each crossing of an event within a step counts."""
     return method.looks_inside or event.steers
-
-
-def unit_of_times(problem, t0, tf):
-    """The `unit` of EVENTS for a span."""
-    as_scipy = not (problem.method.has_own_results or problem.acts)
-    return 1.0 if as_scipy else min(1.0, abs(tf - t0))
 
 
 def schedule_table(problem, others) -> Any:

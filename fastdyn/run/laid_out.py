@@ -15,6 +15,7 @@ from fastdyn.kernels.output.arguments import FRESH, Kernels
 from fastdyn.kernels.state.record import RAISED
 from fastdyn.kernels.state.snapshot_table import STATE, STRIDE
 from fastdyn.problem.domains.options import keeps
+from fastdyn.problem.step_options import unit_of_times
 from fastdyn.specialise.rare import raise_failure
 from fastdyn.specialise.scalar import interpolant_kernel, watch_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
@@ -27,7 +28,6 @@ from .begin import (
     jacobian_of,
     schedule_table,
     shape_of,
-    unit_of_times,
     watch_of,
 )
 from .functions.bound import raise_kept, type_of_time
@@ -154,7 +154,7 @@ class LaidOut(PythonBetween):
             self._tolerances = tolerances
             fill_tolerances(self._image, self.plan, p)
         rules = p.events and [
-            unit_of_times(p, p.t0, p.tf),
+            unit_of_times(p.events_as_scipy, p.t0, p.tf),
             *[(e.rules, e.steers) for e in p.events],
         ]
         if rules and (self._rules != rules or p.method.series):

@@ -17,11 +17,11 @@ from fastdyn.compile.bind import USUAL_ERRORS, current_errors, numpy_errors_are_
 from fastdyn.compile.traced.known import N_LEFT
 from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.state.record import BAD_STATE, EVENT, FINISHED
-from fastdyn.problem.step_options import LATEST, fixed_step
+from fastdyn.problem.step_options import LATEST, fixed_step, unit_of_times
 from fastdyn.problem.validate import output_times
 from fastdyn.specialise.builtin import builtin
 
-from .begin import fill_atol, fill_span, unit_of_times
+from .begin import fill_atol, fill_span
 from .functions.interruptible import Interruptible
 from .functions.readers import ARRAY, FLOAT, NUMBERS, is_left, reader_of, taken_from, together
 from .laid_out import new_memory
@@ -338,7 +338,7 @@ class ReadyRun:
             fill_span(self._image, t0, tf, h, h_max, p.segments)
         if p.events:
             table = self.run.plan.view(self._image, "events.table")
-            table["unit"] = unit_of_times(p, t0, tf)
+            table["unit"] = unit_of_times(p.events_as_scipy, t0, tf)
         self.span, self._times, self._span = t_span, b"", (float(t0), float(tf), h, h_max)
         self._switched = None
         return True

@@ -17,7 +17,7 @@ from fastdyn.problem.events import Event
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.table import refused_among
 from fastdyn.problem.schedules import refuse_schedules
-from fastdyn.problem.step_options import largest_time, within
+from fastdyn.problem.step_options import largest_time, unit_of_times, within
 from fastdyn.problem.validate import function, method_named, output_times
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import SUCCESS
@@ -218,7 +218,7 @@ def _crossed(phase, crossing, asked, given, y):
     t = crossing.t
     tf = asked.tf
     by = METHODS.get(given.get("method", asked.method))
-    unit = min(1.0, abs(tf - t)) if by is None or by.has_own_results else 1.0
+    unit = unit_of_times(by is not None and not by.has_own_results, t, tf)
     near = 2 * TOLERANCE * (unit + largest_time(given.get("breakpoints"), t, tf))
     same = found.direction != 0.0 and np.array_equal(y, crossing.y)
     if not (same and abs(t - crossing.begun) > near):
