@@ -140,3 +140,42 @@ def test_components_alone_and_whole_states_are_equal(method):
             np.testing.assert_allclose(
                 one.sensitivity[name], other.sensitivity[name], rtol=0, atol=1e-10
             )
+
+
+def pairs_of_ring(n):
+    """Oscillators each of which sees every other at a delay of the pair."""
+    taus = np.random.default_rng(4).uniform(0.2, 1.5, (n, n))
+
+    def fun(t, y, past, k):
+        total = np.zeros(n)
+        for i in range(n):
+            for j in range(n):
+                total[i] += np.sin(past(t - taus[i, j])[j] - y[i])
+        return k / n * total - 0.1 * y
+
+    return fun, taus
+
+
+@pytest.mark.parametrize("method", ["Vern7", "Rodas5P"])
+def test_a_delay_for_each_pair(method):
+    """Reads of one component at delays of their own, in rows of equal operations."""
+    fun, taus = pairs_of_ring(10)
+    start = np.linspace(0, 1, 10)
+    before = {"args": (0.5,), "t_eval": [1.0, 2.0], "rtol": 1e-8, "atol": 1e-8}
+    found = solve_dde(fun, (0, 2), start, method, **before)
+    assert len(found.delays) == 100
+    sampled = solve_dde(fun, (0, 2), start, dense_output=True, **{**before, "t_eval": None})
+    assert np.abs(sampled.sol([1.0, 2.0]) - found.y).max() < 10 * 1e-8  # ten tolerances
+    late = np.array([[sampled.sol(2.0 - tau)[j] for j, tau in enumerate(row)] for row in taus])
+    end = sampled.sol(2.0)
+    slope = 0.05 * np.sin(late - end[:, None]).sum(axis=1) - 0.1 * end
+    assert np.abs(sampled.sol.derivative(2.0) - slope).max() < 1e-6  # less an order, see above
+
+
+def test_sensitivities_of_a_delay_for_each_pair():
+    fun, _ = pairs_of_ring(9)
+    start = np.linspace(0, 1, 9)
+    tight = {"t_eval": [1.0], "rtol": 1e-10, "atol": 1e-10}
+    found = solve_dde(fun, (0, 1), start, args=(0.5,), sensitivity="k", **tight)
+    more, less = [solve_dde(fun, (0, 1), start, args=(k,), **tight).y for k in (0.501, 0.499)]
+    assert np.abs(found.sensitivity["k"] - (more - less) / 0.002).max() < 1e-6

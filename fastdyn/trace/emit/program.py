@@ -299,7 +299,8 @@ class _Settled:
     def _mark(self, keys):
         first: dict = {}
         for key in keys:
-            if first.setdefault(self.form[key], key) != key:
+            known = first.setdefault(self.form[key], key)
+            if known != key and self._by_key[key].op not in ALONE:
                 self.in_rows[self.form[key]] = True
 
     def _settle(self, k, keys):
@@ -343,7 +344,7 @@ class _Settled:
         if all(key == column[0] for key in column):
             return column[0]
         if first.op != "const":
-            return np.array([self._moved[key] for key in column], ID)
+            return np.array([self._moved.get(key, key) for key in column], ID)
         values = np.array([self._by_key[key].data for key in column], float)
         truth = isinstance(first.data, bool)
         return self.program.ids(self.program.new("const", (), values, values.size, truth))
