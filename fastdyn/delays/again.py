@@ -77,7 +77,7 @@ class RepeatedEquation(Equation):
         p = self.problem
         if fun is not self.fun:
             self.fun = fun
-            p = p._replace(fun=with_past(fun, before.n))
+            p = p._replace(fun=with_past(fun))
         for bound, function in zip(run.bounds, (p.fun, *self._others()), strict=True):
             if not rebind(bound, function, given):
                 return None
@@ -153,7 +153,7 @@ class RepeatedEquation(Equation):
         p = self.problem
         self.args = args
         self._over = None
-        function = p.fun if fun is self.fun else longer_function(fun, before.n)
+        function = p.fun if fun is self.fun else longer_function(fun)
         before.words[PAST_BEGINS] = 0
         others = () if p.events is None else self._others()
         try:

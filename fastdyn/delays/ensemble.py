@@ -87,7 +87,7 @@ def solve_dde_ensemble(
     Notes
     -----
     Each trajectory has the bits of `solve_dde`.  A trajectory whose function or history raises an
-    exception, or whose delay is not positive, fails alone; ``message(i)`` says why.  Stiff methods,
+    exception, or whose delay is negative, fails alone; ``message(i)`` says why.  Stiff methods,
     actions, steps that contain their own past, and earlier results as histories are prepared anew
     for each trajectory, one thread at a time; functions in Python run on one thread.
 

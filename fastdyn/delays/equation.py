@@ -31,12 +31,16 @@ EXPLICIT = ("Tsit5", "Vern7", "Vern9", "DOP853")
 STIFF = ("Rodas5P", "Radau")
 METHODS = (*EXPLICIT, *STIFF)
 COUPLED = "Radau"  # its stages are coupled with the past within the step
+NO_ZEROS = "Rodas5P"  # whose exact Jacobian does not have the past as present state
 PRECISE = 1e-6  # relative tolerance below which "auto" takes the higher order
 VANISHING = 1e-9  # share of the time below which a delay is zero: steps are not as short
 KINDS = {  # of the arguments of `solve_dde` and `prepare_dde`
     "fun": kinds.function_of("(t, y, past)"), "t_eval": kinds.times, "delays": kinds.times,
     "jumps": kinds.times, "dense_output": kinds.flag,
 }  # fmt: skip
+
+
+NOT_BEFORE = "a delay is {:.10g}: `past` is for times before t; use `y` at t, and no later time."
 
 
 class Given(NamedTuple):
@@ -77,7 +81,7 @@ class Equation:
         self.fun = fun
         self.args = validate.extra_arguments(args)
         self.history = before = History(history, t0, tf, self.args)
-        equations = with_past(fun, before.n)
+        equations = with_past(fun)
         longer = before.laid_out, *self.args
         with before:
             self._slope = evaluate(called_with(equations, longer), DERIVATIVE, t0, before.y0.copy())
@@ -91,7 +95,7 @@ class Equation:
         method = validate.method_named(method)
         problem = validate.problem(asked, method, DERIVATIVE)
         problem = problem._replace(ends_at_switches=True)  # of SciPy's methods, too
-        self.problem = _with_events(problem, before.n)
+        self.problem = _with_events(problem)
         self.dense_output = dense_output
         self.directions = None
         if asked.sensitivity is not None:
@@ -151,10 +155,7 @@ class Equation:
                 "derivative is an impulse, which comes back after each delay."
             )
         if delays and not delays[0] > 0.0:
-            raise ValueError(
-                f"a delay is {delays[0]:.10g}: `past` is for times before t; use `y` at t, and no "
-                "later time."
-            )
+            raise ValueError(NOT_BEFORE.format(delays[0]))
         self._looks = looks_at(p, known)
         carried = run.begin_with(*self._begun(run, p, known))
         self.history.still(False)
@@ -198,6 +199,8 @@ class Equation:
         known = delays_of(run.bounds[0], p.t0, self.history.y0)
         if known is not None:  # a jump of the history comes back, too
             known = known._replace(decides=known.decides or self.history.decides)
+            if p.method.name != NO_ZEROS and 0.0 not in known.neutral:
+                known = known._replace(constant=tuple(filter(None, known.constant)))
         if given is not None:
             constant = tuple(given.tolist())
             neutral = self.history.neutral if known is None else known.derivatives
@@ -207,11 +210,19 @@ class Equation:
             neutral_delays = constant if neutral else ()
             return Delays(constant, varying, neutral_delays, neutral, decides, of_state)
         if known is None:
+            if 0.0 in self._asked(p.t0, self.history.y0):
+                raise ValueError(NOT_BEFORE.format(0.0))
             raise ValueError(
                 f"the delays of `{p.fun.__name__}` are not known, because it cannot be traced: "
                 "give `delays=`, the constant ones (`delays=[]` if all vary)."
             )
         return known
+
+    def _asked(self, t, y):
+        """The delays at which the function reads the past, in Python."""
+        with self.history.asked() as times:
+            self.problem.fun(t, y.copy(), *self.problem.args)
+        return [t - s for s in times]
 
     def _tell_vanishing(self, result):
         """Say that a delay vanishes or is negative, if that is why no step was short enough."""
@@ -223,9 +234,7 @@ class Equation:
         run = self._last  # a result may have no times
         t = float(run.view("solve.state")["t"][0])
         y = run.view("solve.work")[Y, : len(self.problem.y0)].copy()
-        with self.history.asked() as times:
-            self.problem.fun(t, y, *self.problem.args)
-        shortest = min((t - s for s in times), default=math.inf)
+        shortest = min((tau for tau in self._asked(t, y) if tau), default=math.inf)
         near = VANISHING * max(abs(t), abs(t - self.history.t0))
         if shortest < -near:
             result["message"] = (
@@ -239,30 +248,26 @@ class Equation:
             )
 
 
-def with_past(function, n):
+def with_past(function):
     """A function of (t, y, past, *args) as one of (t, y, words, *args), with its name."""
-    return functools.update_wrapper(longer_function(function, n), function)
+    return functools.update_wrapper(longer_function(function), function)
 
 
-def longer_function(function, n):
+def longer_function(function):
     """As `with_past`, without the name: what a trace reads is the same."""
 
     def longer(t, y, laid_out, *args):
-        return function(t, y, Past(laid_out, t, n), *args)
+        return function(t, y, Past(laid_out, t, y), *args)
 
     vars(longer).update(vars(function), __wrapped__=function)
     return longer
 
 
-def _with_events(problem, n):
+def _with_events(problem):
     """The problem, whose events and actions get the past."""
     p = problem
-
-    def longer(function):
-        return with_past(function, n)
-
-    events = p.events and [e.like(longer(e.function)).acting(longer) for e in p.events]
-    schedules = [each._replace(jump=each.jump and longer(each.jump)) for each in p.schedules]
+    events = p.events and [e.like(with_past(e.function)).acting(with_past) for e in p.events]
+    schedules = [each._replace(jump=each.jump and with_past(each.jump)) for each in p.schedules]
     return p._replace(events=events, schedules=tuple(schedules))
 
 

@@ -35,9 +35,9 @@ def solve_dde(
     ----------
     fun : callable
         ``fun(t, y, past, *args)`` returns n numbers.  ``past(s)`` is an array of the n components
-        at a time s before t, ``past(s)[1]`` one of them, ``past.derivative(s)`` the array of their
-        derivatives (neutral equations).  Delays may be constants, arguments, or
-        depend on the time and the state.
+        at a time s up to t, ``past(s)[1]`` one of them, ``past.derivative(s)`` the array of their
+        derivatives (neutral equations); of an array of times, the times are behind the components.
+        Delays may be constants, arguments, or depend on the time and the state.
     t_span : (float, float)
         Start and end, in this order.
     history : array_like, callable or OdeResult
@@ -73,7 +73,7 @@ def solve_dde(
     Raises
     ------
     ValueError, TypeError
-        Arguments that make no sense; a delay that is not positive at the start; a function without
+        Arguments that make no sense; a delay that is negative at the start; a function without
         a trace, and without `delays`.
 
     Notes

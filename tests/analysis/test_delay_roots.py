@@ -80,3 +80,11 @@ def test_what_is_no_state_of_rest_is_refused():
         characteristic_roots(lambda t, y, past: past.derivative(t - 1.0), [0.0])
     with pytest.raises(ValueError, match="a delay is -1"):
         characteristic_roots(lambda t, y, past: -past(t + 1.0), [0.0])
+
+
+def test_an_average_over_the_past():
+    """Roots are those of the same delays read one by one; without a delay the past is y."""
+    taus = np.array([0.0, 0.5, 1.0])
+    together = characteristic_roots(lambda t, y, past: -past(t - taus)[0].sum() + 0 * y, [0.0])
+    singly = characteristic_roots(lambda t, y, past: -y - past(t - 0.5) - past(t - 1.0), [0.0])
+    np.testing.assert_allclose(together.roots, singly.roots, rtol=0, atol=1e-12)

@@ -140,3 +140,30 @@ def test_two_solves_do_not_share_their_past():
     for start in (1.0, 2.0, 1.0):
         ends.append(solve_dde(lagging, (0, 6), [start, 0.5], **TIGHT).y[0, -1])
     assert ends[0] == ends[2] != ends[1]
+
+
+def test_the_past_at_an_array_of_times_has_the_shape_of_sol():
+    """The times are behind the components, as in `sol`, and a derivative likewise."""
+    taus = np.array([[0.5, 1.0], [1.5, 2.0]])
+
+    def together(t, y, past):
+        late = past(t - taus)
+        assert late.shape == (2, 2, 2)
+        return -late[:, 0, 1] - 0.5 * late[:, 1].sum(axis=-1)
+
+    def singly(t, y, past):
+        return -past(t - 1.0) - 0.5 * (past(t - 1.5) + past(t - 2.0))
+
+    given = (0, 5), lambda t: [np.sin(t), np.cos(t)]
+    one, other = (solve_dde(f, *given, **TIGHT) for f in (together, singly))
+    assert one.delays.tolist() == [1.0, 1.5, 2.0]  # 0.5 is read, and not used
+    np.testing.assert_allclose(one.y[:, -1], other.y[:, -1], rtol=0, atol=1e-12)
+
+    def slopes(t, y, past):
+        return -y + 0.1 * past.derivative([t - 1.0, t - 2.0]).sum(axis=-1)
+
+    def slope_by_slope(t, y, past):
+        return -y + 0.1 * past.derivative(t - 1.0) + 0.1 * past.derivative(t - 2.0)
+
+    one, other = (solve_dde(f, *given, **TIGHT) for f in (slopes, slope_by_slope))
+    np.testing.assert_allclose(one.y[:, -1], other.y[:, -1], rtol=0, atol=1e-12)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fastdyn import CompileWarning
-from fastdyn.delays import solve_dde
+from fastdyn.delays import solve_dde, solve_dde_ensemble
 from fastdyn.delays.equation import EXPLICIT
 
 TENFOLD = 10.0
@@ -84,3 +84,62 @@ def test_a_failure_before_the_first_time_of_output_has_its_sentence():
     found = solve_dde(lambda t, y, past: past(2 * t - 1.0), (0, 3), [1.0], t_eval=[2.0])
     assert len(found.t) == 0
     assert "delay is negative" in found.message or "a delay vanishes" in found.message
+
+
+def delayed(t, y, past, rate, taus):
+    """An average over earlier states, the present one among them."""
+    return [rate * y[0] * (1.0 - past(t - taus)[0].mean())]
+
+
+TAUS = np.linspace(0.0, 1.0, 6)
+AVERAGE = {"rtol": 1e-9, "atol": 1e-11, "t_eval": [1.0, 4.0]}
+
+
+def one_by_one(t, y, past, rate, taus):
+    late = sum(past(t - tau)[0] for tau in taus[1:])
+    return [rate * y[0] * (1.0 - (y[0] + late) / len(taus))]
+
+
+@pytest.mark.parametrize("method", ["Tsit5", "Vern9", "Radau"])
+def test_the_past_without_a_delay_is_the_present(method):
+    found = solve_dde(delayed, (0, 4), [0.2], method, args=(1.3, TAUS), **AVERAGE)
+    other = solve_dde(one_by_one, (0, 4), [0.2], method, args=(1.3, TAUS), **AVERAGE)
+    assert found.delays.tolist() == other.delays.tolist() == TAUS[1:].tolist()
+    np.testing.assert_allclose(found.y, other.y, rtol=0, atol=TENFOLD * 1e-9)
+
+
+def test_a_delay_may_be_an_argument_that_is_zero():
+    options = {"rtol": 1e-9, "atol": 1e-11}
+
+    def fun(t, y, past, tau):
+        return -past(t - tau)
+
+    exact = np.exp(-2.0)
+    found = solve_dde(fun, (0, 2), [1.0], args=(0.0,), **options)
+    assert len(found.delays) == 0 and abs(found.y[0, -1] - exact) < TENFOLD * 1e-9
+    many = solve_dde_ensemble(fun, (0, 2), [1.0], ([0.0, 0.5],), **options)
+    assert many.y[0, 0] == found.y[0, -1] != many.y[1, 0]
+    stiff = solve_dde(lambda t, y, past: -1e6 * past(t - 0.0), (0, 2), [1.0], "Radau", rtol=1e-6)
+    assert stiff.success and len(stiff.t) < 100  # the Jacobian has the past without a delay
+    with pytest.raises(ValueError, match="a delay is 0"):
+        solve_dde(fun, (0, 2), [1.0], "Rodas5P", args=(0.0,))
+
+
+def test_sensitivities_without_a_delay_are_those_of_the_present():
+    found = solve_dde(delayed, (0, 4), [0.2], args=(1.3, TAUS), sensitivity="rate", **AVERAGE)
+    other = solve_dde(one_by_one, (0, 4), [0.2], args=(1.3, TAUS), sensitivity="rate", **AVERAGE)
+    given = found.sensitivity["rate"], other.sensitivity["rate"]
+    np.testing.assert_allclose(*given, rtol=0, atol=TENFOLD * 1e-9)
+
+
+def test_in_python_the_past_without_a_delay_is_the_present():
+    def fun(t, y, past):
+        float(str(t))
+        return past(t - TAUS)[0].mean() - y
+
+    with pytest.warns(CompileWarning):
+        found = solve_dde(fun, (0, 2), lambda t: [np.cos(t)], delays=TAUS[1:], rtol=1e-8)
+    exact = solve_dde(
+        lambda t, y, past: past(t - TAUS)[0].mean() - y, (0, 2), lambda t: [np.cos(t)], rtol=1e-8
+    )
+    np.testing.assert_allclose(found.y[0, -1], exact.y[0, -1], rtol=0, atol=TENFOLD * 1e-8)

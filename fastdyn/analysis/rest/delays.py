@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.delays.past import at_each
 from fastdyn.plot.displayed import Displayed
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.words import kinds
@@ -76,7 +77,10 @@ class _Parts:
         self._parts = parts
         self._still = still
 
-    def __call__(self, s):
+    def __call__(self, t):
+        return at_each(self._part, t)
+
+    def _part(self, s):
         k = len(self.delays)
         self.delays.append(self._t - s)
         return self._still if self._parts is None else self._parts[k]

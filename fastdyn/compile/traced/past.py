@@ -1,6 +1,7 @@
 """Emits reads of the past of a delay equation: a few components at once in the function, or a call.
 
-The kernel is `state_before` of `kernels/output/dense_output.py`.  Most reads are of the polynomial
+The kernel is `state_before` of `kernels/output/dense_output.py`; where the delay is zero, the past
+is the present state (and moves with it as one).  Most reads are of the polynomial
 of the last read at the same place, or of the one beside: where few components are read, such reads
 are in the function, with the same bits; all others call the kernel.  Mackey and Glass's equation
 by Tsit5 takes 1.6 times the time of a loop in C++ in place of 2.1.
@@ -47,6 +48,18 @@ def _read(emitter, node, args, first, count):
     place = WORD(node.args[0].key % words.PAST_PLACES)
 
     def by_kernel():
+        if order == 1:
+            called_kernel()
+            return
+        with b.if_else(b.fcmp_ordered("==", args[0], args[2]), likely=False) as (now, before):
+            with now, Memory(b).each(WORD(count), 1) as i:
+                state = emitter.source.array("y")
+                present = b.load(b.gep(state, [b.add(WORD(first), i)])) if order == 0 else REAL(1.0)
+                b.store(present, b.gep(numbers, [i]))
+            with before:
+                called_kernel()
+
+    def called_kernel():
         asked = [place, b.bitcast(args[0], WORD), b.bitcast(args[2], WORD), WORD(order)]
         out = row_words(b, numbers, count)
         called(b, PAST, [*row_words(b, history, n_words), *asked, WORD(first), *out])
