@@ -6,29 +6,10 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_ensemble, solve_ivp
+from support.masses import TAKE, decaying, half, refill, root
 
-TAKE = ("Rodas5P", "Radau", "BDF")
 GIVEN = {"rtol": 1e-7, "atol": 1e-10}
 RATES = np.linspace(0.5, 3.0, 11)
-
-
-def root(x):
-    """The z of z + z^3 = x."""
-    found = np.roots([1.0, 0.0, 1.0, -x])
-    return float(found[np.abs(found.imag).argmin()].real)
-
-
-def decaying(t, y, k):
-    x, z = y
-    return [-k * x, z + z**3 - x]
-
-
-def half(t, y, k):
-    return y[0] - 0.5
-
-
-def refill(t, y, k):
-    return [4.0 * y[0], 17.0]
 
 
 def coupled(t, y, k):

@@ -25,6 +25,7 @@ from fastdyn import (
     solve_ivp,
     solve_phases,
 )
+from support.steppers import ended
 
 from .occurrences import OF_EVENTS, SPAN, drawn_event, explicit, fresh
 
@@ -111,9 +112,7 @@ def of_components(u, method):
 
 
 def stepper(u, method):
-    found = Stepper(fresh(lambda t, y: [u(t)]), 0.0, [0.0], 10.0, method=explicit(method))
-    while found.status == "running":
-        found.step()
+    found = ended(Stepper(fresh(lambda t, y: [u(t)]), 0.0, [0.0], 10.0, method=explicit(method)))
     return found.y[0]
 
 
@@ -122,8 +121,7 @@ def stepper_with_args(u, method):
     found = Stepper(fun, 0.0, [0.0], 10.0, method=explicit(method), args=(1.0,), first_step=0.1)
     found.step()
     found.args = (0.0,)
-    while found.status == "running":
-        found.step()
+    ended(found)
     return found.y[0]
 
 
@@ -253,9 +251,7 @@ def at_times(fun, method):
 
 
 def of_steppers(fun, method):
-    found = Stepper(fun, 0.0, np.zeros(2), 10.0, method=explicit(method))
-    while found.status == "running":
-        found.step()
+    found = ended(Stepper(fun, 0.0, np.zeros(2), 10.0, method=explicit(method)))
     return types.SimpleNamespace(y=found.y[:, None], success=found.status == "finished")
 
 

@@ -14,6 +14,7 @@ from fastdyn.kernels import methods
 from fastdyn.kernels.methods import BY_NAME, COMPLEX, FILES
 from fastdyn.specialise.scalar import every_kernel
 from fastdyn.systems import satellite
+from support.steppers import ended
 
 FILE = '''
 """Heun's method of order 3 with an error estimate of order 2."""
@@ -77,9 +78,7 @@ def test_complex_states():
 
 def test_other_solvers():
     assert abs(prepare(turning, (0, 3), [0.0, 1.0], **TIGHT)().y[0, -1] - np.sin(3)) < 1e-6
-    stepper = Stepper(turning, 0.0, [0.0, 1.0], 3.0, **TIGHT)
-    while stepper.status == "running":
-        stepper.step()
+    stepper = ended(Stepper(turning, 0.0, [0.0, 1.0], 3.0, **TIGHT))
     assert abs(stepper.y[0] - np.sin(3)) < 1e-6
     many = solve_ensemble(
         lambda t, y, k: [y[1], -k * y[0]], (0, 3), [0.0, 1.0], args=(np.linspace(1, 2, 9),), **TIGHT

@@ -10,6 +10,7 @@ import fastdyn
 from fastdyn.kernels.calls.block import JACOBIAN, RARE
 from fastdyn.run.functions import compared
 from fastdyn.run.solve_problem import run_of
+from support.steppers import ended
 
 WRONG = pytest.warns(fastdyn.CompileWarning, match=r"compiled form gives .*and Python")
 
@@ -22,8 +23,7 @@ def test_a_stepper_goes_on_in_python(wrong_choices):
     with WRONG:
         while stepper.t < 8.5:  # from y = 0.2 on, at t = 8, the code is wrong
             stepper.step()
-    while stepper.status == "running":
-        stepper.step()
+    ended(stepper)
     assert stepper.y[0] == pytest.approx(0.2 - 0.005 * 32.0, abs=0.005)
 
 
@@ -31,9 +31,7 @@ def test_steps_are_compared_in_turn(monkeypatch):
     seen = []
     monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count) or {})
     for _ in range(2):  # two Steppers of one function count their steps together
-        stepper = fastdyn.Stepper(lambda t, y: -0.31 * y, 0.0, [1.0], 8.0, max_step=1.0)
-        while stepper.status == "running":
-            stepper.step()
+        ended(fastdyn.Stepper(lambda t, y: -0.31 * y, 0.0, [1.0], 8.0, max_step=1.0))
         monkeypatch.undo()
     assert 1 < len(seen) < 6 and seen[0] == compared.AT_FIRST
 

@@ -15,6 +15,7 @@ from fastdyn.run.result import ALL_FIELDS, FIELDS, FOLLOWING, OdeResult
 from fastdyn.solve import solve_second_order
 from fastdyn.solve.stepper import Stepper
 from support.edited import run_edited
+from support.steppers import ended
 
 
 def decay(t, y):
@@ -128,9 +129,8 @@ def test_a_result_has_all_fields_in_their_order(way):
 
 
 def test_numbers_of_steps_and_evaluations_are_those_of_the_table():
-    result, stepper = WAYS["once"](), Stepper(decay, 0.0, [1.0], 1.0)
-    while stepper.status == "running":
-        stepper.step()
+    result = WAYS["once"]()
+    stepper = ended(Stepper(decay, 0.0, [1.0], 1.0))
     many = fastdyn.prepare(decay, *START).many([[1.0], [1.0]])
     ensemble = fastdyn.solve_ensemble(decay, (0, 1), [[1.0], [1.0]])
     for name in FOLLOWING:

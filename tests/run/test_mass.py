@@ -7,9 +7,9 @@ from scipy.integrate import OdeSolver
 
 import fastdyn
 from fastdyn import solve_ivp
+from support.masses import TAKE
 from support.stiff import robertson
 
-TAKE = ("Rodas5P", "Radau", "BDF")
 TIGHT = {"rtol": 1e-9, "atol": 1e-13}
 
 

@@ -6,21 +6,10 @@ import numpy as np
 import pytest
 
 from fastdyn import Stepper, prepare, solve_dae, solve_ivp
+from support.masses import MASS, TAKE, decaying, root
+from support.steppers import ended
 
-TAKE = ("Rodas5P", "Radau", "BDF")
 GIVEN = {"rtol": 1e-8, "atol": 1e-10}
-MASS = np.diag([1.0, 0.0])
-
-
-def root(x):
-    """The z of z + z^3 = x."""
-    found = np.roots([1.0, 0.0, 1.0, -x])
-    return float(found[np.abs(found.imag).argmin()].real)
-
-
-def decaying(t, y, k):
-    x, z = y
-    return [-k * x, z + z**3 - x]
 
 
 STARTS = [[x, root(x)] for x in (1.0, 0.5, 2.0, 1e-6)]
@@ -67,9 +56,7 @@ def test_matrices_that_change_and_methods_without():
     for method in TAKE:
         run = prepare(fun, (0, 2), [1.0, 0.0], method, mass=mass, **GIVEN)()
         assert run.y[:, -1] == pytest.approx([math.exp(-2), math.sin(2)], abs=3e-6)
-        stepper = Stepper(fun, 0.0, [1.0, 0.0], 2.0, method=method, mass=mass, **GIVEN)
-        while stepper.status == "running":
-            stepper.step()
+        stepper = ended(Stepper(fun, 0.0, [1.0, 0.0], 2.0, method=method, mass=mass, **GIVEN))
         assert np.array_equal(stepper.y, run.y[:, -1])
     with pytest.raises(ValueError, match="`mass` is not for Tsit5"):
         prepare(fun, (0, 2), [1.0, 0.0], "Tsit5", mass=mass)

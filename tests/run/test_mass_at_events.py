@@ -6,29 +6,9 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_dae, solve_ivp
+from support.masses import MASS, TAKE, decaying, half, refill, root
 
-TAKE = ("Rodas5P", "Radau", "BDF")
 TIGHT = {"rtol": 1e-9, "atol": 1e-12}
-MASS = np.diag([1.0, 0.0])
-
-
-def root(x):
-    """The z of z + z^3 = x."""
-    found = np.roots([1.0, 0.0, 1.0, -x])
-    return float(found[np.abs(found.imag).argmin()].real)
-
-
-def decaying(t, y):
-    x, z = y
-    return [-x, z + z**3 - x]
-
-
-def half(t, y):
-    return y[0] - 0.5
-
-
-def refill(t, y):
-    return [4.0 * y[0], 17.0]  # z is a guess, and what the action says of it does not count
 
 
 @pytest.mark.few(1)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_ivp
+from support.masses import TAKE
 
-TAKE = ("Rodas5P", "Radau", "BDF")
 TIGHT = {"rtol": 1e-9, "atol": 1e-13}
 
 

@@ -8,6 +8,7 @@ import pytest
 from bench.problems.stiff import STIFF
 from fastdyn import Stepper, StiffnessWarning, prepare, solve_ensemble, solve_ivp
 from fastdyn.compile import memory
+from support.steppers import ended
 
 Y0 = [-0.05390202547204295, 0.511536419917619, -1.2625710076466137, -0.6856061024344743]
 ARGS = 2.7516039383159194, 1e-18, 4.0
@@ -70,8 +71,7 @@ def test_a_stepper_tells():
     stepper = Stepper(friction, 0.0, Y0, 10.0, method="BDF", args=ARGS, rtol=1e-3)
 
     def run():
-        while stepper.status == "running":
-            stepper.step()
+        ended(stepper)
 
     assert told(run)[1] == 1
 

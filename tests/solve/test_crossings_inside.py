@@ -17,6 +17,7 @@ from fastdyn import (
     solve_ivp,
     solve_phases,
 )
+from support.steppers import ended
 
 OWN = ("Tsit5", "Vern7", "Vern9", "Rodas5P", "Taylor", "auto")
 TIGHT = {"rtol": 1e-6, "atol": 1e-6}
@@ -271,8 +272,7 @@ def by_prepared(event):
 
 def by_stepper(event):
     stepper = Stepper(turning, 0.0, [-1.0, 0.0], 20.0, method="DOP853", events=event, rtol=1e-6)
-    while stepper.status == "running":
-        stepper.step()
+    ended(stepper)
 
 
 def by_an_ensemble(event):

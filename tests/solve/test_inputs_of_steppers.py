@@ -8,6 +8,7 @@ from scipy.linalg import expm
 
 from fastdyn import Stepper
 from fastdyn.kernels.methods import METHODS
+from support.steppers import ended
 
 TIMES = np.linspace(0.0, 3.0, 13)
 INPUTS = np.random.default_rng(0).normal(size=12) * 3
@@ -90,9 +91,7 @@ def test_copies_events_and_discrete_states_go_on():
 
 
 def test_where_arguments_cannot_be_set():
-    stepper = Stepper(oscillator, 0.0, [1.0, 0.0], 1e-3, args=(1.0, 2.0))
-    while stepper.status == "running":
-        stepper.step()
+    stepper = ended(Stepper(oscillator, 0.0, [1.0, 0.0], 1e-3, args=(1.0, 2.0)))
     with pytest.raises(AttributeError, match="has finished"):
         stepper.args = (2.0, 2.0)
     how = {"every": 0.3, "on_event": lambda t, y, u, k: y}

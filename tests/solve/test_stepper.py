@@ -8,6 +8,7 @@ import scipy.integrate
 
 import fastdyn
 from fastdyn import Stepper, every, solve_ivp
+from support.steppers import ended
 
 START = [0.5, 0.0]
 EPS = np.finfo(float).eps
@@ -308,8 +309,7 @@ def test_outside_values_change_while_events_act():
     power[0], fifth.terminal = 2, False
     after = solve_ivp(fun, (stepper.t, 3), stepper.y, **given)
     known = [len(each) for each in stepper.t_events]
-    while stepper.status == "running":
-        stepper.step()
+    ended(stepper)
     assert known[0] > 0 and len(stepper.t_events[0]) == 5 and stepper.t < 3
     for mine, whole, n in zip(stepper.t_events, after.t_events, known, strict=True):
         found = mine[n:]  # the first step still begins with the slope of before
@@ -325,9 +325,7 @@ def test_the_discrete_states_stay_where_a_constant_step_leads_beyond_the_end(met
     given = {
         "step": 0.3, "discrete": [0.5], "every": 0.5, "on_event": lambda t, y, d: (y, [d[0] + 1]),
     }  # fmt: skip
-    steps = Stepper(fun, 0.0, [1.0], end, method=method, **given)
-    while steps.status == "running":
-        steps.step()
+    steps = ended(Stepper(fun, 0.0, [1.0], end, method=method, **given))
     run = solve_ivp(fun, (0.0, end), [1.0], method, **given)
     assert np.array_equal(steps.discrete, run.discrete[:, -1])
     assert np.array_equal(steps.y, run.y[:, -1])

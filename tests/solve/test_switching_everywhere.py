@@ -23,6 +23,7 @@ from fastdyn import (
     solve_phases,
 )
 from fastdyn.solve import solve_second_order
+from support.steppers import ended
 
 LINES = itertools.count(7000)
 OWN = ["Tsit5", "Vern7", "Vern9", "Rodas5P", "auto", "Taylor"]
@@ -182,14 +183,11 @@ def test_steppers_tell(method):
     ends = {"step": 0.5} if method == "Gauss8" else {}
     stepper = Stepper(fresh(lambda t, y: [pulse(t)]), 0.0, [0.0], 10.0, method=method, **ends)
     with pytest.warns(SwitchingWarning, match=f"no step of {method}"):
-        while stepper.status == "running":
-            stepper.step()
+        ended(stepper)
 
 
 def end_of(stepper):
-    while stepper.status == "running":
-        stepper.step()
-    return stepper.y
+    return ended(stepper).y
 
 
 @pytest.mark.parametrize("method", ["Tsit5", "Vern7", "Vern9", "Rodas5P", "Taylor"])

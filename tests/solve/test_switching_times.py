@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, interp1d
 
 from fastdyn import Stepper, SwitchingWarning, prepare, solve_ensemble, solve_ivp
 from fastdyn.trace.switching import divisions
+from support.steppers import ended
 
 KNOTS = np.arange(11.0)
 RECORD = np.where(KNOTS == 5.0, 1.0, 0.0)
@@ -348,8 +349,7 @@ def test_a_stepper_takes_the_steps_without_switching_times_and_tells(method):
     stepper = Stepper(pulsed(), 0.0, [0.0], 10.0, method=method)
 
     def to_the_end():
-        while stepper.status == "running":
-            stepper.step()
+        ended(stepper)
 
     _, said = told(to_the_end)
     lost = method == "RK45" or stepper.y[0] == 0.0

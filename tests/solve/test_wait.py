@@ -10,6 +10,7 @@ from scipy.integrate import RK45
 import fastdyn
 from fastdyn import Phase, Stepper, prepare, solve_dae, solve_ensemble, solve_ivp, solve_phases
 from fastdyn.problem.events import OTHER_ATTRIBUTES, RULES, Event
+from support.steppers import ended
 
 END, WAIT = 40.0, 4.0  # a crossing every pi: each second one counts
 ALL = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA", "Tsit5", "Vern7", "Vern9", "Rodas5P",
@@ -195,8 +196,7 @@ def test_prepared_solvers_and_copies_of_them():
 def test_a_stepper():
     stepper = Stepper(turning, 0.0, [1.0, 0.0], END, "Tsit5", events=crossing(WAIT), rtol=1e-7,
                       atol=1e-9)  # fmt: skip
-    while stepper.status == "running":
-        stepper.step()
+    ended(stepper)
     assert np.array_equal(stepper.t_events[0], thinned(every()))
 
 

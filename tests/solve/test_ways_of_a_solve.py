@@ -15,6 +15,7 @@ import pytest
 
 from fastdyn import Stepper, prepare, solve_ensemble, solve_ivp
 from fastdyn.run import checkpoint, loop
+from support.masses import decaying
 from support.repeated import assert_first, the_long_way
 
 SPAN, TIGHT = (0.0, 1.0), {"rtol": 1e-6, "atol": 1e-9}
@@ -72,11 +73,6 @@ def pushed(t, y, d, k):
 
 def turned(t, y, d, k):
     return y, [-k * d[0]]
-
-
-def decaying(t, y, k):
-    x, z = y
-    return [-k * x, z + z**3 - x]
 
 
 def falls(t, y, k):

@@ -14,6 +14,7 @@ from fastdyn.compile.taylor.recurrences.operations import Power
 from fastdyn.compile.taylor.recurrences.plan import Plan
 from fastdyn.compile.traced.code import Traced
 from fastdyn.trace.paths.runs import trace
+from support.steppers import ended
 from tests.support.smooth import drawn, write_in_rows
 
 EPS = np.finfo(float).eps
@@ -132,9 +133,7 @@ def test_differences_of_either_sign_share_a_recurrence():
 def test_parts_of_one_solve_give_its_bits():
     fun, y0 = chain(200)
     whole = last(fun, y0, t_end=2.0)[0]
-    stepper = fastdyn.Stepper(fun, 0.0, y0, 2.0, method="Taylor", rtol=1e-12, atol=1e-12)
-    while stepper.status == "running":
-        stepper.step()
+    stepper = ended(fastdyn.Stepper(fun, 0.0, y0, 2.0, method="Taylor", rtol=1e-12, atol=1e-12))
     assert (stepper.y == whole).all()
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import fastdyn
 from fastdyn import solve_ivp
+from support.steppers import ended
 
 EPS = np.finfo(float).eps
 
@@ -109,9 +110,7 @@ def test_there_and_back():
 def test_bits_do_not_depend_on_chunks(tmp_path):
     options = {"method": "Taylor", "rtol": 1e-11, "atol": 1e-11}
     whole = solve_ivp(kepler, (0.0, 100.0), perihelion(0.7), **options)
-    stepper = fastdyn.Stepper(kepler, 0.0, perihelion(0.7), 100.0, **options)
-    while stepper.status == "running":
-        stepper.step()
+    stepper = ended(fastdyn.Stepper(kepler, 0.0, perihelion(0.7), 100.0, **options))
     assert np.array_equal(stepper.y, whole.y[:, -1]) and stepper.nstep == whole.n_accepted
     at_end = solve_ivp(kepler, (0.0, 100.0), perihelion(0.7), t_eval=[100.0], **options)
     assert np.array_equal(at_end.y[:, -1], whole.y[:, -1])

@@ -8,6 +8,7 @@ import pytest
 from bench.groups.tolerance import exact, off, solved, times_of
 from bench.problems.unlike import UNLIKE
 from fastdyn import Stepper, solve_ensemble, solve_ivp
+from support.steppers import ended
 from tests.support import detest
 
 EXPONENTS = np.arange(3.0, 11.5, 0.5)
@@ -102,9 +103,7 @@ def test_sensitivities_and_continued_runs_too(true_states):
         p.fun, (0, p.end), p.y0, "Taylor", sensitivity="y0", t_eval=times_of(p), **options
     )
     assert off(p, run.y, true, tol).max() < FEW
-    stepper = Stepper(p.fun, 0.0, p.y0, p.end, method="Taylor", **options)
-    while stepper.status == "running":
-        stepper.step()
+    stepper = ended(Stepper(p.fun, 0.0, p.y0, p.end, method="Taylor", **options))
     assert off(p, stepper.y[:, None], true[:, -1:], tol).max() < FEW
 
 
