@@ -21,16 +21,15 @@ def with_acting(problem, others):
 
     The jumps of `problem` run in Python.
     """
-    events = problem.events or ()
-    n = len(events)
-    jumps = [*[e.act for e in events], *[s.jump for s in problem.schedules]]
-    if problem.checkpoint is not None and any(jump is not None for jump in jumps):
+    n = len(problem.events or ())
+    jumps = [jump for jump in problem.jumps if jump is not None]
+    if problem.checkpoint is not None and jumps:
         raise ValueError(
             "`checkpoint` of `solve_dae` does not go with `on_event`, schedules that act, nor, at "
             "index 0 and 1, with `breakpoints`: the state behind them is computed in Python, and a "
             "file does not tell one function of Python from another."
         )
-    acting = [_in_python(jump, problem.args, len(problem.y0)) for jump in jumps if jump is not None]
+    acting = [_in_python(jump, problem.args, len(problem.y0)) for jump in jumps]
     return [*others[:n], *acting, *others[n:]]
 
 

@@ -301,9 +301,8 @@ def between_steps(problem):
     event_mode = COMPLEX_EVENT if p.mode.complex_numbers else EVENT
     events = p.events or ()
     functions = [(event.function, event_mode) for event in events]
-    jumps = [*[event.act for event in events], *[each.jump for each in p.schedules]]
     changes = SALTATION if p.mode.sensitivities else JUMP
-    functions += [(jump, changes) for jump in jumps if jump is not None]
+    functions += [(jump, changes) for jump in p.jumps if jump is not None]
     if p.inside is not None:
         functions.append((p.inside, EVENT))
     if p.project is not None:

@@ -107,6 +107,11 @@ class Problem(NamedTuple):
         return any(event.act is not None for event in self.events or ())
 
     @property
+    def jumps(self):
+        """What changes the state, or None, for each of the events and of the schedules behind."""
+        return [*[event.act for event in self.events or ()], *[one.jump for one in self.schedules]]
+
+    @property
     def events_as_scipy(self):
         """Whether the times of events are located as by SciPy."""
         return not (self.method.has_own_results or self.acts)

@@ -141,7 +141,7 @@ class Switching:
         self.looks = NO_TIMES if events else np.array(p.method.looks)
         self.decides = True  # whether those of the changes that steps look at are left out
         self.held = sorted({i for each in (*parts, *hidden) for i in each.switches.held})
-        acts = p.acts or any(each.jump is not None for each in p.schedules)
+        acts = any(jump is not None for jump in p.jumps)
         self.follows = (bool(self.held) and acts) or python_between
         self._present: Any = None
 

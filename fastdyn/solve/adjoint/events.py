@@ -58,11 +58,10 @@ def of_events(problem, run, positions):
     near = Near(p.t0, p.tf, p.y0)
     if not (events or p.schedules):
         return NO_EVENTS
-    jumps = [*[event.act for event in events], *[each.jump for each in p.schedules]]
     functions = [*[event.function for event in events], *[None] * len(p.schedules)]
     acting = []
     passive = []
-    for event, jump in zip(functions, jumps, strict=True):
+    for event, jump in zip(functions, p.jumps, strict=True):
         given = Saltation(p.fun, event, jump, n, (), 0)
         acting.append(jump and bind_transposed(given, p.args, near, positions))
         try:

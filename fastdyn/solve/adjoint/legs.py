@@ -136,9 +136,8 @@ def occurrences_of(run, times=()):
     p = run.problem
     if not (p.events or p.schedules):
         return [([], [])]
-    events = p.events or ()
-    n_events = len(events)
-    jumps = [*[event.act for event in events], *[each.jump for each in p.schedules]]
+    n_events = len(p.events or ())
+    jumps = p.jumps
     found = []
     counts = [0] * len(jumps)
     for place, t, y in zip(*run.output.found_so_far(), strict=True):
