@@ -13,6 +13,7 @@ from fastdyn.problem.events import between_steps
 from fastdyn.run.again import FEWEST_MISSES, MOST_MISSES
 from fastdyn.run.outcome import result_of
 from fastdyn.run.ready import ReadyRun
+from fastdyn.run.result import Ended
 
 from .equation import EXPLICIT, Equation, longer_function, looks_at, with_past
 
@@ -203,13 +204,13 @@ class RepeatedEquation(Equation):
         return result
 
     def end(self):
-        """The time and the state at the end of the last solve, and the size of a next step."""
+        """The Ended of the last solve, and the time and the state there."""
         run = self.run
         memory = run.memory if self._over is None else self._over
         if memory is None:
             memory = self._ready.last
-        state, work = [run.plan.view(memory, f"solve.{name}") for name in ("state", "work")]
-        return float(state["t"][0]), np.copy(work[Y]), float(state["h"][0])
+        (state,) = run.plan.view(memory, "solve.state")
+        return Ended.of(state), float(state["t"]), run.plan.view(memory, "solve.work")[Y].copy()
 
     def let_go(self):
         """Hold nothing of the user's, and no memory of the last solve."""

@@ -13,7 +13,7 @@ from fastdyn.ensemble.labels import Label, argument_names
 from fastdyn.ensemble.results import Results
 from fastdyn.ensemble.solve import trajectory_bar
 from fastdyn.ensemble.threads import number_of, work_off
-from fastdyn.ensemble.trajectories import Trajectories
+from fastdyn.ensemble.trajectories import OF_STEPS, Trajectories
 from fastdyn.kernels.state.record import EVENT, FINISHED, INTERRUPTED, RAISED, STEP_TOO_SMALL
 from fastdyn.problem import validate
 from fastdyn.problem.members import Members
@@ -198,11 +198,10 @@ class _Ensemble:
         self._members.y0[i] = solver.y0
         results.status[i] = CODES.get(found.status, STEP_TOO_SMALL)
         count = results.counts[i]
-        stages = solver.problem.method.n_stages
-        count["n_accepted"] = found.n_accepted
-        count["n_rejected"] = found.n_rejected
-        count["n_extra"] = found.nfev - stages * (found.n_accepted + found.n_rejected)
-        results.t_end[i], results.y_end[i], results.h_end[i] = solver.end(found)
+        ended, results.t_end[i], results.y_end[i] = solver.end(found)
+        results.h_end[i] = ended.h
+        for name in OF_STEPS:
+            count[name] = getattr(ended, name)
         if solver.problem.t_eval is not None:
             count["n_times"] = len(found.t)
             results.y_eval[i, : len(found.t)] = found.y.T

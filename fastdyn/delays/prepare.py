@@ -132,16 +132,13 @@ class PreparedDelays:
         return any(bound.callback is not None for bound in self._equation.run.bounds)
 
     def end(self, found):
-        """The time and the state at the end of the last solve, and the size of a next step.
-
-        `found` is the result of the solve.
-        """
-        t, y, h = self._equation.end()
+        """The Ended of the last solve, whose result is `found`, and the time and state there."""
+        ended, t, y = self._equation.end()
         if found.status == 1:  # at the last event
             ends = [(t[-1], y[-1]) for t, y in zip(found.t_events, found.y_events, strict=True)
                     if len(t)]  # fmt: skip
             t, y = max(ends, key=lambda each: each[0])
-        return t, y, h
+        return ended, t, y
 
     @filled()
     def many(self, histories=None, args=None) -> OdeResult:

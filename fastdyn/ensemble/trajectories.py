@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.kernels.ensemble.arguments import COUNTED
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.plot.displayed import display
 from fastdyn.problem.options.docstrings import filled
@@ -17,7 +18,7 @@ from . import reductions
 from .labels import argument_labels, component_labels, initial_labels
 from .status import CODES, message
 
-OF_STEPS = Ended._fields[:3]  # what lanes and threads count
+OF_STEPS = [name for name in Ended._fields if name in COUNTED.names]
 
 
 class Trajectories:

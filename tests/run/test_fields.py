@@ -166,7 +166,15 @@ RECORD = """    Field(
         "next_step", "float", "Size of the step that would be next.",
         of_end=lambda method, c: c.h,
     ),
+    Field(
+        "n_beyond", "int", "Steps that changed the state more than the equations do.",
+        lambda method, c: c.n_standing, sum,
+    ),
 """
+OF_END = (
+    "    n_factorised: Any = None\n",
+    "    n_factorised: Any = None\n    n_standing: Any = None\n",
+)
 FOLDER = pathlib.Path(__file__).parent
 TRIED = f"sys.path[:0] = {str(FOLDER)!r}, {str(FOLDER.parent)!r}"
 TRIED += """
@@ -180,10 +188,11 @@ def decay(t, y):
 
 def expected(r):
     is_size = isinstance(r.next_step, float) and 0.0 < r.next_step < math.inf
-    return is_size and r.n_tried == r.n_accepted + r.n_rejected > 0
+    counted = isinstance(r.n_beyond, int) and r.n_beyond >= 0
+    return counted and is_size and r.n_tried == r.n_accepted + r.n_rejected > 0
 
 result = fastdyn.solve_ivp(decay, (0, 1), [1.0])
-assert list(result)[-3:] == ["n_tried", "most_steps", "next_step"]
+assert list(result)[-4:] == ["n_tried", "most_steps", "next_step", "n_beyond"]
 assert expected(pickle.loads(pickle.dumps(result)))
 from test_fields import WAYS
 for way, solve in WAYS.items():
@@ -222,7 +231,7 @@ print("as told")
 
 
 def test_a_record_more_is_a_field_more():
-    edits = {"fastdyn.run.result": (LAST, LAST + RECORD)}
+    edits = {"fastdyn.run.result": (LAST, LAST + RECORD, *OF_END)}
     assert run_edited(TRIED, edits) == "as told\n"
 
 

@@ -14,9 +14,11 @@ class Edited(importlib.machinery.SourceFileLoader):
         raise OSError("the bytecode on disk has the text before")
 
     def source_to_code(self, data, path, *, _optimize=-1):
-        text, (old, new) = data.decode(), EDITS[self.name]
-        assert text.count(old) == 1, old
-        return super().source_to_code(text.replace(old, new), path, _optimize=_optimize)
+        text, edits = data.decode(), EDITS[self.name]
+        for old, new in zip(edits[::2], edits[1::2], strict=True):
+            assert text.count(old) == 1, old
+            text = text.replace(old, new)
+        return super().source_to_code(text, path, _optimize=_optimize)
 
 
 class Finder(importlib.machinery.PathFinder):
@@ -34,7 +36,7 @@ sys.meta_path.insert(0, Finder)
 
 
 def run_edited(code, edits):
-    """Run code where each module of `edits`, {name: (old, new)}, has new text for old."""
+    """Run code where each module of `edits`, {name: (old, new, ...)}, has new for old text."""
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", BEGIN.replace("{edits!r}", repr(edits)) + code],
         capture_output=True,

@@ -8,6 +8,7 @@ from fastdyn.compile import budget
 from fastdyn.compile.bind import or_in_python
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.kernels.algebra.linear import SingularMatrixError
+from fastdyn.kernels.state.record import STATE
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.schedules import listed
@@ -163,7 +164,7 @@ def _of_no_time(problem):
     events = problem.events is not None
     none = [np.empty(0)] * (len(problem.events or ()) + len(problem.schedules)) if events else None
     return made(
-        problem.method, Ended(0, 0, 0, 0.0, 0, 0), t=np.array([problem.t0]),
+        problem.method, Ended.of(np.zeros(1, STATE)[0]), t=np.array([problem.t0]),
         y=problem.y0.reshape(n, 1), t_events=none, y_events=none, status=0,
         message="The span has no length.",
     )  # fmt: skip
