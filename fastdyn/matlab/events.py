@@ -47,13 +47,13 @@ def event_functions(events, t0, y0):
 def _component(events, i, listed) -> Any:
     if not listed:
 
-        def value(t, y):
-            return events(t, y)[0]
+        def value(t, y, *past):
+            return events(t, y, *past)[0]
 
     else:
 
-        def value(t, y):
-            return events(t, y)[0][i]
+        def value(t, y, *past):
+            return events(t, y, *past)[0][i]
 
     value.__name__ = f"event {i}"
     return value
@@ -64,8 +64,8 @@ def _unchanged(events, listed, terminal, direction) -> Any:
     many_ends, many_signs = listed
 
     @_ending
-    def unchanged(t, y):
-        _, ends, signs = events(t, y)
+    def unchanged(t, y, *past):
+        _, ends, signs = events(t, y, *past)
         for i in range(len(terminal)):
             end = ends[i] if many_ends else ends
             sign = signs[i] if many_signs else signs

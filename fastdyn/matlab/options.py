@@ -3,6 +3,7 @@
 Names and meanings: MathWorks, reference page of odeset.
 """
 
+import contextlib
 from collections.abc import Mapping
 from typing import Any
 
@@ -14,15 +15,17 @@ from fastdyn.words.calls import shown_when_wrong, takes
 from fastdyn.words.near import did_you_mean
 
 OTHERS = (  # that are no options of fastdyn's solvers
-    "BDF", "Events", "InitialSlope", "JConstant", "MassSingular", "MaxOrder", "MStateDependence",
-    "MvPattern", "NormControl", "OutputFcn", "OutputSel", "Refine", "Stats", "Vectorized",
+    "BDF", "Events", "InitialSlope", "InitialY", "JConstant", "Jumps", "MassSingular", "MaxOrder",
+    "MStateDependence", "MvPattern", "NormControl", "OutputFcn", "OutputSel", "Refine", "Stats",
+    "Vectorized",
 )  # fmt: skip
 OF_SOLVERS = [option.matlab for option in OPTIONS.values() if option.matlab]
 NAMES = (*sorted([*OTHERS, *OF_SOLVERS], key=str.lower),)
 OF_EACH = ("rtol", "atol", "max_step", "first_step")  # that each solver of fastdyn takes
 POSITIVE = ("InitialStep", "MaxStep", "MinStep", "Refine", "RelTol")
 SWITCHES = ("BDF", "JConstant", "NormControl", "Stats", "Vectorized")
-FUNCTIONS = {"Events": "t, y", "OutputFcn": "t, y, flag"}
+# The forms of functions; those of `dde23` are first.
+FUNCTIONS = {"Events": ("t, y, Z", "t, y"), "OutputFcn": ("t, y, flag",)}
 
 
 class Options(dict):
@@ -166,8 +169,16 @@ def _checked(name, value):
     if name in FUNCTIONS:
         if not callable(value):
             raise TypeError(f"{name} must be a function; got {value!r}.")
-        takes(name, value, FUNCTIONS[name])
+        _takes_one(name, value, FUNCTIONS[name])
     return value
+
+
+def _takes_one(name, function, forms):
+    """Raise TypeError, about the last form, if a function takes none of the forms."""
+    for form in forms[:-1]:
+        with contextlib.suppress(TypeError):
+            return takes(name, function, form)
+    return takes(name, function, forms[-1])
 
 
 def _is_text(value):

@@ -10,9 +10,9 @@ from fastdyn.problem.options.table import TOLERANCES
 from fastdyn.words import kinds
 from fastdyn.words.calls import shown_when_wrong, takes
 
-from .options import check_options, chosen, odeset
+from .options import chosen
 from .solution import AtTimes, Refined, Request, Solution
-from .solve import PARAMETERS, Solver, times_of
+from .solve import PARAMETERS, Solver, options_of, times_of
 
 IMPLICIT = Solver("ode15i", "BDF")
 
@@ -23,7 +23,8 @@ def ode15i(odefun, tspan, y0, yp0, options=None) -> Solution:
     Solve f(t, y, y') = 0, as MATLAB's ode15i.
 
     Solved by `solve_dae`: BDF of orders 1 to 5, as in MATLAB, with other steps.  Of the options
-    RelTol, AbsTol, MaxStep and InitialStep have an effect; the Jacobians are exact, if `odefun` can
+    RelTol, AbsTol, MaxStep and InitialStep have an effect, and Events, Mass, NonNegative, OutputFcn
+    and their like are refused; the Jacobians are exact, if `odefun` can
     be traced.
 
     Parameters
@@ -48,8 +49,7 @@ def ode15i(odefun, tspan, y0, yp0, options=None) -> Solution:
     from fastdyn.dae.solve import solve_dae
 
     takes("odefun", odefun, "t, y, yp", PARAMETERS)
-    check_options(options)
-    given = odeset(options or {})
+    given = options_of("ode15i", options)
     times = times_of(tspan)
     limits = {"max_step": abs(times[-1] - times[0]) / 10.0, **chosen(given)}
     result: Any = solve_dae(
@@ -182,7 +182,7 @@ def bvp5c(odefun, bcfun, solinit, options=None) -> BoundarySolution:
 def _solve_boundary(name, odefun, bcfun, solinit, options):
     from fastdyn.solve.boundary.solve import solve_bvp
 
-    check_options(options)
+    given = options_of(name, options)
     if isinstance(solinit, Solution):
         solinit = vars(solinit)
     parameters = solinit.get("parameters")
@@ -195,7 +195,7 @@ def _solve_boundary(name, odefun, bcfun, solinit, options):
     def bc(ya, yb, *p):
         return np.ravel(bcfun(ya, yb, *p))
 
-    tol = odeset(options or {}).get("RelTol", TOLERANCES["rtol"])
+    tol = given.get("RelTol", TOLERANCES["rtol"])
     result: Any = solve_bvp(fun, bc, solinit["x"], solinit["y"], p, tol=tol)
     if not result.success:
         warn(f"Failure in {name}: {result.message}")

@@ -1,6 +1,5 @@
 """MATLAB's calls, solved by the methods of the same names or by the nearest ones."""
 
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,9 +22,10 @@ from .options import check_options, odeset
 from .output_function import OutputFunction
 from .solution import AtTimes, Refined, Request, Solution
 
-NOT_HERE = {
-    "NormControl": "the error is controlled in each component",
-}
+NORM = "NormControl"  # is refused, because the error is controlled in each component
+# Options that change the solution, or what is seen of it, and that only some solvers have.
+OF_SOME = {"Events", "InitialY", "Jumps", "Mass", "MinStep", "NonNegative", NORM, "OutputFcn"}
+OF_ODE = ("Events", "Mass", "MinStep", "NonNegative", "OutputFcn")
 APART = {"Mass", "MinStep"}  # are no options of the method: `with_mass` and `not_shorter`
 OF_IMPLICIT = {"Jacobian", "JPattern"}
 COLUMN = "`fun` returned a column"  # the beginning of a solve's message
@@ -49,8 +49,9 @@ def solve(solver, fun, tspan, y0, options):
     if not callable(fun):
         raise TypeError(f"`odefun` must be a function of (t, y); got {fun!r}.")
     takes("odefun", fun, "t, y", PARAMETERS)
-    check_options(options)
-    options = options_of(solver, options)
+    options = options_of(solver.name, options, OF_ODE)
+    if "Events" in options:
+        takes("Events", options["Events"], "t, y")
     times = times_of(tspan)
     y0 = _state(y0)
     if np.size(options.get("AbsTol", 0.0)) not in (1, len(y0)):
@@ -72,15 +73,15 @@ def solve(solver, fun, tspan, y0, options):
     return _solved(solver, _as_a_row(fun), times, y0, options)
 
 
-def options_of(solver, given):
-    """The options with full names; raises for options that the solver does not have."""
-    empty = given is None or (not isinstance(given, Mapping) and np.size(given) == 0)
-    options = odeset({} if empty else given)
-    for refused in NOT_HERE.keys() & options.keys():
+def options_of(name, given, some=()):
+    """The options of a solver; raises for others of OF_SOME than those in `some`."""
+    check_options(given)
+    options = odeset({} if given is None or not np.size(given) else given)
+    for refused in sorted(OF_SOME.intersection(options).difference(some)):
         if options[refused] is not False:
-            raise ValueError(
-                f"{refused} is no option of fastdyn's {solver.name}: {NOT_HERE[refused]}."
-            )
+            reason = f"of its kind there are {', '.join(some) or 'none'}"
+            reason = "the error is controlled in each component" if refused == NORM else reason
+            raise ValueError(f"{refused} is no option of fastdyn's {name}: {reason}.")
     return options
 
 
@@ -117,7 +118,7 @@ def _solved(solver, fun, times, y0, options):
         observer.end()
     if result.status == -1:
         warn(f"Failure in {solver.name}: {result.message}")
-    _print_statistics(options, result)
+    print_statistics(options, result)
     found = None if functions is None else occurrences(result, events)
     output = Refined(refine) if len(times) == 2 else AtTimes(times, result.status == 1)
     call = Request(solver, own, options)
@@ -176,7 +177,8 @@ def _state(y0):
     return state
 
 
-def _print_statistics(options, result):
+def print_statistics(options, result):
+    """Print the lines that the option Stats asks for."""
     if options.get("Stats"):
         print(f"{result.n_accepted} successful steps")
         print(f"{result.n_rejected} failed attempts")
