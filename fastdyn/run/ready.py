@@ -20,6 +20,7 @@ from fastdyn.kernels.state.record import BAD_STATE, EVENT, FINISHED
 from fastdyn.problem.step_options import LATEST, fixed_step, unit_of_times
 from fastdyn.problem.validate import output_times
 from fastdyn.specialise.builtin import builtin
+from fastdyn.trace.reads.program import same
 
 from .begin import fill_atol, fill_span
 from .functions.interruptible import Interruptible
@@ -315,9 +316,9 @@ class ReadyRun:
             return False
         if len(t_span) != 2 or not NUMBERS.issuperset(map(type, t_span)):
             return False
-        if t_span == self.span:
-            return True
         t0, tf = t_span
+        if t_span == self.span and ((t0 and tf) or all(map(same, t_span, self.span))):
+            return True
         p, length = self.problem, abs(tf - t0)
         elsewhere = len(p.segments) and (t0, tf) != (p.t0, p.tf)  # with breakpoints or schedules
         if elsewhere or not (length > 0.0 and abs(t0) <= LATEST and abs(tf) <= LATEST):

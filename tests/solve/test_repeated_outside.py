@@ -1,10 +1,12 @@
 """Repeated solves follow what a function uses from outside, as Python does."""
 
+import builtins
 import math
 import warnings
 
 import numpy as np
 import pytest
+import scipy.integrate
 from scipy.interpolate import interp1d
 
 from fastdyn import solve_ivp
@@ -223,3 +225,53 @@ def test_an_interpolator_of_several_rows():
     t = np.linspace(0, 1, 6)
     found = interp1d(t, np.array([np.sin(t), np.cos(t)]))
     assert is_plain(solve_ivp, lambda t, y: -y + found(t), (0, 1), START)
+
+
+def of_math(t, y):
+    return [y[1], -math.cos(t) * y[0]]
+
+
+def of_numpy(t, y):
+    return np.array([y[1], -np.cos(t) * y[0]])
+
+
+def imported(t, y):
+    from numpy import cos
+
+    return [y[1], -cos(t) * y[0]]
+
+
+def of_builtins(t, y):
+    return [y[1], -abs(y[0])]
+
+
+def named(t, y):
+    return [y[1], -(2.0 if named.__name__ == "named" else 3.0) * y[0]]
+
+
+class Named:
+    def __call__(self, t, y):
+        return [y[1], -(2.0 if type(self).__name__ == "Named" else 3.0) * y[0]]
+
+
+@pytest.mark.parametrize(
+    ("fun", "place", "name", "other"),
+    [
+        (of_math, math, "cos", math.sin), (of_numpy, np, "cos", np.sin),
+        (imported, np, "cos", np.sin), (of_builtins, builtins, "abs", lambda x: 2.0 * x),
+        (named, named, "__name__", "other"), (Named(), Named, "__name__", "Other"),
+    ],
+)  # fmt: skip
+def test_parts_of_libraries_and_names_are_read_at_each_call(fun, place, name, other):
+    mine, long = both_ways(fun)
+    assert is_plain(mine, START)
+    before = getattr(place, name)
+    setattr(place, name, other)
+    try:
+        found = [mine(START).y[:, -1], solve_ivp(fun, (0.0, 1.0), START, rtol=1e-6).y[:, -1]]
+        expected = scipy.integrate.solve_ivp(fun, (0.0, 1.0), START, rtol=1e-6).y[:, -1]
+    finally:
+        setattr(place, name, before)
+    for y in found:
+        np.testing.assert_allclose(y, expected, rtol=1e-12)  # the same steps
+    assert_same(long(START), mine(START))

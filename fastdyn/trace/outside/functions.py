@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 
 from ..functions.python import BUILTINS, impure, vectorized
 from ..functions.stand_ins import IMPURE, PURE, root_of
-from ..reads.reads import STABLE
 from ..symbols.symbol import Symbol, refuse
 
 ORIGINAL = dict(vars(builtins))
+# What functions and classes are called, which may change, and few functions ask.
+NAMES = "__name__", "__qualname__", "__module__", "__doc__"
 # Instructions that look into the dict of globals itself, past `Scope.__missing__`.
 PAST = frozenset(("LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS", "STORE_GLOBAL", "DELETE_GLOBAL"))
 
@@ -36,6 +37,7 @@ class Scope(dict):
             if name not in outer:  # an undefined name must stay undefined
                 reads.expect(row, "absent")
             if outer.get(name) is ORIGINAL.get(name):
+                reads.part(row, ORIGINAL.get(name))
                 raise KeyError(name)
         self[name] = self.seen[name] = self._outside.wrap(outer[name], row)
         return self[name]
@@ -79,6 +81,7 @@ class RebuiltFunctions:
         for name in facts.past:
             with contextlib.suppress(KeyError):
                 scope[name]
+        reads.names |= facts.names
         reads.identities |= facts.identities
         reads.truths |= facts.truths
         for i, (cell, old) in enumerate(zip(cells, f.__closure__ or (), strict=True)):
@@ -103,7 +106,7 @@ class RebuiltFunctions:
         package = name.partition(".")[0]
         full = module.__name__
         if package in PURE and full.partition(".")[0] == package:
-            return self.outside.wrap(module, STABLE)
+            return self.outside.wrap(module, self.outside.reads.known(module))
         reads = self.outside.reads
         known = sys.modules.get(full) is module
         row = reads.step(reads.known(sys.modules), "item", full) if known else None
@@ -205,6 +208,7 @@ class _Facts(NamedTuple):
     identities: bool
     truths: bool
     subclasses: bool
+    names: frozenset  # of the attributes NAMES
     past: tuple  # names that are looked up past a Scope
 
 
@@ -222,8 +226,11 @@ def _facts(code):
             identities |= not known
             truths |= any(isinstance(c, bool) for c in ([right] if known else code.co_consts))
         before = i
-    found = [_Facts(identities, truths, "__subclasses__" in code.co_names, tuple(past))]
+    texts = {*code.co_names, *[c for c in code.co_consts if isinstance(c, str)]}
+    names = frozenset(texts.intersection(NAMES))
+    found = [_Facts(identities, truths, "__subclasses__" in code.co_names, names, tuple(past))]
     found += [_facts(c) for c in code.co_consts if isinstance(c, types.CodeType)]
     identities, truths, subclasses = [any(f[i] for f in found) for i in range(3)]
-    names = dict.fromkeys(name for f in found for name in f.past)
-    return _Facts(identities, truths, subclasses, tuple(names))
+    names = frozenset().union(*[f.names for f in found])
+    past = [*dict.fromkeys(name for f in found for name in f.past)]
+    return _Facts(identities, truths, subclasses, names, tuple(past))

@@ -13,7 +13,6 @@ from typing import Any
 
 from ..functions.stand_ins import IMPURE, PURE, Forbidden, root_of
 from ..reads.program import as_base
-from ..reads.reads import STABLE
 from ..symbols.symbol import refuse
 
 HEAP = 1 << 9  # the flag of types that were made in Python
@@ -52,10 +51,13 @@ def module_of(outside, module, row):
 
         def __getattr__(self, name):
             if name not in found:
-                inner = STABLE if package in PURE else reads.step(row, "attribute", name)
+                inner = reads.step(row, "attribute", name)
                 if not hasattr(module, name):
                     reads.expect(inner, "absent")
-                found[name] = outside.wrap(getattr(module, name), inner)
+                value = getattr(module, name)
+                if package in PURE:
+                    inner = reads.part(inner, value)
+                found[name] = outside.wrap(value, inner)
             return found[name]
 
     return Module()
@@ -146,8 +148,10 @@ def shadow_of(outside, cls):
     for hook in REFUSED:
         if hook in own:
             refuse(f"the class {cls.__name__} has a `{hook}` of its own")
-    members = reads.step(reads.known(cls), "attribute", "__dict__")
+    at = reads.known(cls)
+    members = reads.step(at, "attribute", "__dict__")
     if own:
+        reads.objects[at] = cls
         reads.expect(members, "size", len(own))
     foreign = root_of(type(cls)) not in PURE
     bases = []

@@ -39,6 +39,7 @@ ABSENT = {  # steps to what may be missing
 }
 CHECKS = {
     "same": "{value} is {expected}",
+    "part": "{value} is {expected}",
     "absent": "{value} is MISSING",
     "nothing": "not {value}",
     "number": "type({value}) is {expected}",

@@ -8,6 +8,7 @@ only the type, because the value is a parameter of the code.  `program` writes t
 import bisect
 import hashlib
 import math
+from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,9 @@ STABLE = -1  # the row of objects inside libraries, which do not change
 MAX_ARRAY = 4096  # the largest array whose elements become symbols
 DEFAULTS = "__defaults__", "__kwdefaults__"  # attributes of functions
 # Checks that fail only if the user replaces a part of the program.
-OF_CODE = {None, "number", "array", "complex array", "absent", "code", "nothing", "class", "size"}
+OF_CODE = {
+    None, "number", "array", "complex array", "absent", "code", "nothing", "class", "size", "part",
+}  # fmt: skip
 
 
 class ReadRow(NamedTuple):
@@ -64,6 +67,7 @@ class Reads:
         self.assumed: dict = {}
         self.aliases: set = set()  # pairs of rows that hold one object
         self.lasting = True
+        self.names: frozenset = frozenset()  # of attributes of functions and classes
         self.identities = False
         self.truths = False
         self._given, self.objects = [], {}  # values of the groups; objects by row, until `close`
@@ -98,6 +102,11 @@ class Reads:
             self.lasting = False  # without a row, no later call can find the object
         elif row != STABLE and self.rows[row].check is None:
             self.rows[row] = self.rows[row]._replace(check=check, expected=expected)
+
+    def part(self, row, value):
+        """Record that a part of a library is this very object; the row of what is within."""
+        self.expect(row, "part", value)
+        return STABLE
 
     def expect_elements(self, row, array):
         """Record that an array must have the present elements, in the present order in memory."""
@@ -171,6 +180,10 @@ class Reads:
         """The values of all groups; from then on, the record holds no object but for its checks."""
         given = self._given
         self._given = []
+        for row, thing in [*self.objects.items()] if self.names else ():
+            if isinstance(thing, FunctionType | type):
+                for name in sorted(self.names):
+                    self.expect(self.step(row, "attribute", name), "equal", getattr(thing, name))
         if self.identities:
             first: dict = {}
             for row, thing in self.objects.items():
