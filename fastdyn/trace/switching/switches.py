@@ -16,12 +16,13 @@ import numpy as np
 from ..graph.expressions import is_zero, live
 from ..graph.signs import forced
 from ..graph.values import ranges_of
+from ..operations.delays import PASTS
 from . import divisions
 from .decided import FAR, Candidates, Times, decided
 from .divisions import Divisions, weigh
 from .straight_lines import TooMany, degree, may_switch, straight_lines
 
-OF_STATE = frozenset(("y", "item", "arg"))
+OF_STATE = PASTS.union(("y", "item", "arg"))  # the past is a state, which no formula knows
 
 
 class Switches:
