@@ -20,7 +20,7 @@ from fastdyn.problem.events import between_steps
 from fastdyn.problem.step_options import last_time, segments_of_members, segments_of_span
 from fastdyn.trace.reads.reads import flat
 
-from .timed import Timed, held_of, switches_of, untold, with_trace
+from .timed import SwitchingWarning, Timed, held_of, switches_of, untold, with_trace
 
 TOLD = "told of a lost change"  # a key of a Function's notes
 NO_TIMES = np.empty(0)
@@ -30,10 +30,6 @@ UNKNOWN = (
     "switches with the time, a step may jump over two changes. Solve again later, take `prepare`, "
     "which waits, or give `breakpoints=` or `max_step=`."
 )
-
-
-class SwitchingWarning(UserWarning):
-    """A step jumped over changes of a function, or over two zeros of an event function."""
 
 
 def switching_of(problem, bound, others=(), python_between=False):

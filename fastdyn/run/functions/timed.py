@@ -8,13 +8,23 @@ import numpy as np
 
 from fastdyn.compile.callables import T, parts_of
 from fastdyn.compile.derivatives.sensitivities import slots_of
+from fastdyn.compile.sentences import warn
 from fastdyn.compile.traced.known import Attempt
 from fastdyn.trace.reads.reads import flat
 from fastdyn.trace.switching.divisions import MOST_TOLD
 
 from .deciding import Deciding, key_of
 
-KEPT = "switching times"  # a key of a Function's notes
+KEPT = "switching times"  # keys of a Function's notes
+PARTLY = (
+    "`%s` decides by the time in ways that take too long to search, as an iteration does that ends "
+    "by a tolerance: not all of its switching times are known. If its values jump at such times, "
+    "give `breakpoints=` or `max_step=`."
+)
+
+
+class SwitchingWarning(UserWarning):
+    """A step jumped over changes of a function, or over two zeros of an event function."""
 
 
 class Timed:
@@ -73,6 +83,9 @@ class Timed:
             values = None if grids else switches.values(flat(given), y)
             found = switches.candidates(values, t0, tf, most=most, grids=grids)
             notes[place] = key, (t0, tf), grids, found
+            if found.partly and PARTLY not in notes:
+                notes[PARTLY] = True
+                warn(PARTLY % getattr(self.bound.held.fun, "__name__", "fun"), SwitchingWarning)
         return found
 
 

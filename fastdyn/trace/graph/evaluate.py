@@ -6,8 +6,10 @@ import numpy as np
 
 from .expressions import live
 
+MOST_KNOWN = 2**22  # numbers: 32 MB
 
-def evaluate(graph, outputs, t, y, values, watch=(), under: Any = "ignore"):
+
+def evaluate(graph, outputs, t, y, values, watch=(), under: Any = "ignore", found=None):
     """Evaluate the outputs, and the nodes of `watch`, at k points.
 
     Parameters
@@ -18,15 +20,20 @@ def evaluate(graph, outputs, t, y, values, watch=(), under: Any = "ignore"):
         The parameters, by slot.
     under : str
         What NumPy does if a number is too small for a float: "ignore" or "raise".
+    found : dict, optional
+        The values at these points that are known, by the keys of nodes, to which the others are
+        added.  It is emptied where they are many.
 
     Returns
     -------
     outputs : ndarray, shape (n_outputs, k)
     watched : ndarray, shape (n_watched, k)
     """
-    found = {}
+    found = {} if found is None else found
+    if len(found) * len(t) > MOST_KNOWN:
+        found.clear()
     with np.errstate(all="ignore", under=under):
-        for node in live([*outputs, *watch]):
+        for node in live([*outputs, *watch], found):
             if node.op == "const":
                 value = node.data
             elif node.op == "par":

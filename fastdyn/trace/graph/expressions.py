@@ -264,13 +264,13 @@ def _sorted(a, b):
     return (a, b) if a.key <= b.key else (b, a)
 
 
-def live(outputs):
-    """The nodes that the outputs depend on, in topological order."""
+def live(outputs, known=()):
+    """The nodes that the outputs depend on, in topological order, up to those of `known` keys."""
     found = {}
     todo = list(outputs)
     while todo:
         node = todo.pop()
-        if node.key not in found:
+        if node.key not in found and node.key not in known:
             found[node.key] = node
             todo += node.args
     return [found[key] for key in sorted(found)]

@@ -3,7 +3,6 @@
 `kernels/output/changes.py` decides the same in compiled code.
 """
 
-import itertools
 import math
 from typing import Any, NamedTuple
 
@@ -40,6 +39,8 @@ class Candidates(NamedTuple):
         The time up to which these are all.
     sure : bool
         Whether all matter, for all values of the parameters.
+    partly : bool
+        Whether the search took too long, so that some are missing.
     """
 
     member: Any
@@ -50,6 +51,7 @@ class Candidates(NamedTuple):
     end: float
     sure: bool = False
     n_members: int = 1
+    partly: bool = False
 
 
 class Times(NamedTuple):
@@ -155,9 +157,8 @@ def _changes(switches, found, looked_at, varying):
     starts = np.flatnonzero(np.r_[True, np.diff(found.member) != 0])
     sizes = np.diff(np.r_[starts, len(found.t)])
     shorter = np.minimum(left, right)
-    for node, values in itertools.product(switches.seen, looked_at):
-        common = Parameters(values, varying, owners)
-        f = evaluate(switches.graph, [node], points, (), common)[0][0].reshape(6, -1)
+    for (row,) in _rows(switches, looked_at, varying, owners, points):
+        f = row.reshape(6, -1)
         low = np.fmin.reduceat(np.fmin.reduce(f, axis=0), starts)
         high = np.fmax.reduceat(np.fmax.reduce(f, axis=0), starts)
         size = np.repeat(high - low, sizes)
@@ -181,15 +182,24 @@ def jumps_at_ends(switches, found, looked_at, varying):
     first, last = found.span
     inwards = np.where(end == first, 1.0, -1.0) * NEAR_END * min(last - first, 1.0)
     jumps = np.zeros(len(end), bool)
-    for node, values in itertools.product(switches.seen, looked_at):
-        common = Parameters(values, varying, member)
-        there, near, far = (
-            evaluate(switches.graph, [node], end + k * inwards, (), common)[0][0] for k in range(3)
-        )
+    times = [end + k * inwards for k in range(3)]
+    for there, near, far in _rows(switches, looked_at, varying, member, *times):
         limit = 2.0 * near - far
         size = np.maximum(np.abs(there), np.abs(limit))
         jumps |= ~(np.abs(there - limit) <= NOISE * size)  # also where one is not a number
     return jumps
+
+
+def _rows(switches, looked_at, varying, member, *times):
+    """The values of each number that meets the state, at some times of members."""
+    for values in looked_at:
+        common = Parameters(values, varying, member)
+        known: list = [{} for _ in times]  # numbers have operations in common
+        for node in switches.seen:
+            yield [
+                evaluate(switches.graph, [node], t, (), common, found=found)[0][0]
+                for t, found in zip(times, known, strict=True)
+            ]
 
 
 def weights(bend):

@@ -16,12 +16,21 @@ MOST = 2**21  # divisions of a span, or of all spans
 MOST_TOLD = 2**14
 SAMPLES, MOST_SAMPLES, IN_ALL = 16, 1024, 2**14  # in an interval, the most there, in all intervals
 HALVINGS = 54
+# Numbers computed in one search, for each member, after which it is given up: 0.2 s.  An iteration
+# that ends by a tolerance near rounding decides by noise, at as many times as are looked at.
+MOST_WORK = 2**25
+# Samples that change their sign more often show rounding, of the residual of an iteration say, or
+# an oscillation that they do not resolve.
+NOISY = 0.25
 
 
 class Divisions:
-    """One search for at most `most` switching times, sorted by member and time."""
+    """One search for at most `most` switching times, sorted by member and time.
 
-    def __init__(self, switches, values, varying, first, last, count, most):
+    If it is not `sampled`, or took too long, those of expressions that are sampled are missing.
+    """
+
+    def __init__(self, switches, values, varying, first, last, count, most, sampled=True):
         self.of = switches
         self.first = first
         self.last = last
@@ -33,13 +42,20 @@ class Divisions:
         self.weight = np.empty(0)  # of knots of smooth tables, in the sense of CHORD
         self.at_ends: list = []
         self._intervals: Any = None
+        self._grids: dict = {}  # members, times and known values of the samples, by their number
+        self._work = 0
+        self.partly = not sampled
 
     def value(self, node, member, t):
         """An expression at times of members."""
         if not len(t):
             return np.empty(0)
         given = Parameters(*self._values, member)
-        return evaluate(self.of.graph, [node], t, (), given)[0][0]
+        found: dict = next((known for _, at, known in self._grids.values() if at is t), {})
+        before = len(found)
+        values = evaluate(self.of.graph, [node], t, (), given, found=found)[0][0]
+        self._work += max(len(found) - before, 0) * len(t)
+        return values
 
     def found(self, end) -> Candidates:
         """The Candidates, which are all up to a time."""
@@ -54,8 +70,9 @@ class Divisions:
         )
         span = self.first, self.last
         return Candidates(
-            self.member, self.t, self.weight, (member, times), span, end, False, self.count
-        )
+            self.member, self.t, self.weight, (member, times), span, end, False, self.count,
+            self.partly,
+        )  # fmt: skip
 
     # -- divisions
 
@@ -71,6 +88,7 @@ class Divisions:
             t = t[order]
             same = member[1:] == member[:-1]
             self._intervals = member[1:][same], t[:-1][same], t[1:][same]
+            self._grids.clear()
         return self._intervals
 
     def _divide(self, member, t, weight=None):
@@ -124,16 +142,18 @@ class Divisions:
             t += 1e-3 * (x[j] + near[j] - t)  # once more from nearby, for the last digits
             t += (level - of(member, t)) / slope[j]
             return member, np.clip(t, begin[j], end[j]), k
-        n = 1
-        if kind == ANY:
-            n = int(np.clip(IN_ALL // len(begin), SAMPLES, MOST_SAMPLES))
-        inside = np.linspace(1e-12, 1.0 - 1e-12, n + 1)
-        t = begin[:, None] + length[:, None] * inside
-        v = of(np.repeat(member, n + 1), t.ravel()).reshape(t.shape)
-        a, b, va, vb = (x.ravel() for x in (t[:, :-1], t[:, 1:], v[:, :-1], v[:, 1:]))
         at_ends = self._at_ends(of, levels)
-        member = np.repeat(member, n)
+        self.partly |= self._work > MOST_WORK * self.count
+        if kind == ANY and self.partly:
+            return tuple(map(np.concatenate, zip(*at_ends, strict=True)))
+        owners, times = self._samples(kind)
+        v = of(owners, times).reshape(len(begin), -1)
+        t = times.reshape(v.shape)
+        a, b, va, vb = (x.ravel() for x in (t[:, :-1], t[:, 1:], v[:, :-1], v[:, 1:]))
+        member = np.repeat(member, v.shape[1] - 1)
         j, k, level = self._between(np.minimum(va, vb), np.maximum(va, vb), levels, a)
+        if kind == ANY and levels is not None and len(levels) == 1 and len(j) > NOISY * len(a):
+            j, k, level = j[:0], k[:0], level[:0]
         a = a[j]
         b = b[j]
         member = member[j]
@@ -144,6 +164,18 @@ class Divisions:
             a = np.where(same, middle, a)
             b = np.where(same, b, middle)
         return tuple(map(np.concatenate, zip((member, b, k), *at_ends, strict=True)))
+
+    def _samples(self, kind):
+        """Members and times of samples in all intervals, n + 1 in each."""
+        member, begin, end = self.intervals
+        n = 1
+        if kind == ANY:
+            n = int(np.clip(IN_ALL // len(begin), SAMPLES, MOST_SAMPLES))
+        if n not in self._grids:
+            inside = np.linspace(1e-12, 1.0 - 1e-12, n + 1)
+            t = begin[:, None] + (end - begin)[:, None] * inside
+            self._grids[n] = np.repeat(member, n + 1), t.ravel(), {}
+        return self._grids[n][:2]
 
     def _at_ends(self, of, levels):
         """(member, time, index of the level) of values at the ends of spans that are levels."""
@@ -239,7 +271,8 @@ class Divisions:
 
     def _even(self, node, kind):
         """A square, or a power, or another function that turns where its operand is zero."""
-        self._zeros(self._of(node.args[0]), kind)
+        if kind != ANY:  # else the turns show no monotone pieces
+            self._zeros(self._of(node.args[0]), kind)
         return _of_monotone(kind)
 
     def _quotient(self, node, kinds):
@@ -275,9 +308,13 @@ class Divisions:
             return kind
         if name in ("sin", "cos", "tan"):
             shift = 0.0 if name == "cos" else 0.5
-            self._integers(self._of(args[0], by=lambda v: v / np.pi + shift), kinds[0])
+            if kinds[0] != ANY or name == "tan":  # which has poles
+                self._integers(self._of(args[0], by=lambda v: v / np.pi + shift), kinds[0])
             return _of_monotone(kinds[0])
-        if OPERATIONS[name].parity == "even" or (name == "pow" and kinds[1] == CONSTANT):
+        if name == "pow" and kinds[1] == CONSTANT:
+            self._zeros(self._of(args[0]), kinds[0])  # also poles
+            return _of_monotone(kinds[0])
+        if OPERATIONS[name].parity == "even":
             return self._even(node, kinds[0])
         if name == "atan2":
             self._zeros(self._of(args[0]), kinds[0])

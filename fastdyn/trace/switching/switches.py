@@ -118,7 +118,11 @@ class Switches:
         end = tf
         while True:
             try:
-                return Divisions(self, values, varying, first, last, count, most).found(end)
+                span = first, last, count, most
+                found = Divisions(self, values, varying, *span).found(end)
+                if not found.partly:
+                    return found
+                return Divisions(self, values, varying, *span, sampled=False).found(end)
             except TooMany as reason:
                 if count > 1:
                     return self._of_halves(values, t0, tf, count, varying, most)
@@ -138,7 +142,7 @@ class Switches:
         return Candidates(
             np.r_[one.member, other.member + half], np.r_[one.t, other.t],
             np.r_[one.weight, other.weight], tuple(map(np.concatenate, ends)),
-            shorter.span, shorter.end, False, count,
+            shorter.span, shorter.end, False, count, one.partly or other.partly,
         )  # fmt: skip
 
 
