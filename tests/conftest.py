@@ -183,6 +183,13 @@ def wrong_products(monkeypatch):
 
 
 @pytest.fixture
+def no_comparisons(monkeypatch):
+    """Code is used as it is: a comparison would leave a function to Python that it gets wrong."""
+    monkeypatch.setattr("fastdyn.compile.traced.make.compare_around", lambda *_: None)
+    monkeypatch.setattr("fastdyn.run.functions.compared.WHEN", "never")
+
+
+@pytest.fixture
 def no_wrong_code():
     """The comparisons of a test find no wrong code."""
     from fastdyn.compile.traced.known import N_WRONG

@@ -16,19 +16,12 @@ from fastdyn.compile.callables import parts_of
 from fastdyn.compile.mode import DERIVATIVE, JUMP, MATRIX, MODES
 from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.make import Near
+from support.halving import halved
 
 START = np.array([1.0, 2.0])
 RATE = 2.0
 TABLE = np.array([1.0, 2.0])
 LARGE = np.ones(200_000)
-
-
-def halved(x):
-    """A loop that tracing refuses: its end depends on x."""
-    x = abs(x) + 1.0
-    while x > 1e-3:
-        x /= 2
-    return x
 
 
 TABLES = TABLE, TABLE + 1.0

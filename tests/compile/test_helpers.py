@@ -9,6 +9,7 @@ import pytest
 import scipy.integrate
 
 import fastdyn
+from support.halving import halved
 
 WEIGHTS = [0.5, 0.25, 0.25]
 
@@ -21,13 +22,6 @@ def root(x, a=2.0, *, tol=1e-13, n=50):
         if abs(step) < tol:
             break
     return z
-
-
-def halved(x):
-    x = abs(x) + 1.0
-    while x > 1e-3:
-        x /= 2
-    return x
 
 
 def with_none(x, k=None, name="plain"):

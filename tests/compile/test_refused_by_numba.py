@@ -17,6 +17,7 @@ from fastdyn.compile.by_numba.function import compiled_function
 from fastdyn.compile.callables import parts_of
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.sentences import Uncompilable
+from support.halving import halved  # noqa: F401  # by name, in texts
 
 
 class Plain:
@@ -123,14 +124,6 @@ with warnings.catch_warnings(record=True):
     assert bind(rates, (), DERIVATIVE, 2).function is None
 print("numba" in sys.modules)
 """
-
-
-def halved(x):
-    """A loop that tracing refuses: its end depends on x."""
-    x = abs(x) + 1.0
-    while x > 1e-3:
-        x /= 2
-    return x
 
 
 @numba.njit

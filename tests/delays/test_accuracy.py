@@ -6,6 +6,7 @@ import pytest
 from fastdyn.delays import solve_dde
 from fastdyn.delays.equation import EXPLICIT
 from fastdyn.kernels.output.past.steps import GROWTH, OF_GROWN, SAMPLES
+from support.delayed import mackey_glass
 from support.shifted_copies import end_of
 
 TENFOLD = 10.0  # largest error over the tolerance times the size of the solution
@@ -38,11 +39,6 @@ def test_errors_are_within_tolerances(method, rtol):
         lambda t, y, past: -past(t - 1.0), (0, 10), [1.0], method, rtol=rtol, atol=1e-2 * rtol
     )
     assert abs(found.y[0, -1] - by_steps(10)) < TENFOLD * rtol
-
-
-def mackey_glass(t, y, past, a, b, tau):
-    p = past(t - tau)[0]
-    return [a * p / (1 + p**10) - b * y[0]]
 
 
 @pytest.mark.parametrize("method", EXPLICIT)

@@ -5,14 +5,10 @@ import pytest
 
 from fastdyn import CompileWarning, solve_dde, solve_dde_ensemble
 from fastdyn.ensemble import Shared
+from support.delayed import late
 
 OPTIONS = {"rtol": 1e-7, "atol": 1e-8, "compile": "shared"}
 TAUS = np.linspace(0.2, 1.2, 7)
-
-
-def late(t, y, past, gain, tau):
-    p = past(t - tau)
-    return [-gain * p[1], p[0] - 0.2 * y[1]]
 
 
 def moving(t, gain, tau):

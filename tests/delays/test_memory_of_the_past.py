@@ -10,6 +10,7 @@ from fastdyn import solve_dde
 from fastdyn.delays import prepare_dde, run
 from fastdyn.run import checkpoint, enough_memory
 from fastdyn.run.functions.crawling import SAMPLES, Samples
+from support.delayed import mackey_glass
 
 OPTIONS = {"args": (0.2, 0.1, 14.0), "rtol": 1e-7, "atol": 1e-7}
 TIMES = np.linspace(0, 1500, 4)
@@ -20,11 +21,6 @@ KINDS = {
     "stiff": {"t_eval": TIMES, "method": "Rodas5P"},
     "sensitivity": {"t_eval": TIMES, "sensitivity": "tau"},
 }
-
-
-def mackey_glass(t, y, past, a, b, tau):
-    p = past(t - tau)[0]
-    return [a * p / (1 + p**10) - b * y[0]]
 
 
 def governed(t, y, past, a, b, tau):

@@ -10,13 +10,9 @@ from fastdyn.delays import prepare_dde, solve_dde
 from fastdyn.delays.again import RepeatedEquation
 from fastdyn.delays.equation import Equation, Given
 from fastdyn.run import again
+from support.delayed import late
 
 OPTIONS = {"rtol": 1e-7, "atol": 1e-8, "compile": "shared"}
-
-
-def late(t, y, past, gain, tau):
-    p = past(t - tau)
-    return [-gain * p[1], p[0] - 0.2 * y[1]]
 
 
 def moving(t, gain, tau):

@@ -17,6 +17,7 @@ from fastdyn.delays import prepare_dde
 from fastdyn.delays.equation import Equation, Given
 from fastdyn.run import loop
 from fastdyn.run.ready import ReadyRun
+from support.delayed import late
 
 SPAN = (0.0, 9.0)
 TIGHT = {"rtol": 1e-6, "atol": 1e-8}
@@ -38,11 +39,6 @@ class Case(NamedTuple):
     calls: list
     plain: bool = True
     methods: tuple = ("Tsit5", "Vern7", "DOP853")
-
-
-def late(t, y, past, gain, tau):
-    p = past(t - tau)
-    return [-gain * p[1], p[0] - 0.2 * y[1]]
 
 
 def weighted(t, y, past, weights):

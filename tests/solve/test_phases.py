@@ -1,20 +1,14 @@
 """Claims about motion in phases, by a ball that bounces."""
 
-import math
-
 import numpy as np
 import pytest
 from scipy.integrate import OdeSolver
 
 import fastdyn
 from fastdyn.solve.phases import Phase, solve_phases
+from support.impacts import falling, impacts
 
-G = 9.81
 OPTIONS = {"rtol": 1e-9, "atol": 1e-12}
-
-
-def falling(t, y, e):
-    return [y[1], -G]
 
 
 def ground(t, y, e):
@@ -34,12 +28,6 @@ def apex(t, y, e):
 
 apex.direction = -1
 BALL = {"up": Phase(falling, ground, bounce)}
-
-
-def impacts(e, n):
-    """Times of the first n impacts of a ball dropped from 1 m."""
-    first = math.sqrt(2.0 / G)
-    return first * (1.0 + 2.0 * np.cumsum(np.r_[0.0, e ** np.arange(1, n)]))
 
 
 @pytest.mark.parametrize("method", ["RK45", "DOP853", "Tsit5", "Vern7", "Vern9", "RK4"])

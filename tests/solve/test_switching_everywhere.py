@@ -1,8 +1,6 @@
 """Claims about switching times by every method, way and solver: each is right, or tells."""
 
 import copy
-import itertools
-import types
 import warnings
 
 import numpy as np
@@ -23,21 +21,11 @@ from fastdyn import (
     solve_phases,
 )
 from fastdyn.solve import solve_second_order
+from support.pulsed import fresh, pulse
 from support.steppers import ended
 
-LINES = itertools.count(7000)
 OWN = ["Tsit5", "Vern7", "Vern9", "Rodas5P", "auto", "Taylor"]
 NOT_OWN = ["RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
-
-
-def pulse(t, start=5.0, width=0.2):
-    return 1.0 if start < t < start + width else 0.0
-
-
-def fresh(fun):
-    """A copy of a function of which nobody was told yet: on a line of its own."""
-    code = fun.__code__.replace(co_firstlineno=next(LINES))
-    return types.FunctionType(code, fun.__globals__, "pulsed", None, fun.__closure__)
 
 
 def test_each_method_tells_once():

@@ -1,8 +1,6 @@
 """Switching times of functions whose code is not ready: they run in Python, or tell."""
 
-import itertools
 import threading
-import types
 import warnings
 
 import numpy as np
@@ -12,18 +10,7 @@ from fastdyn import SwitchingWarning, solve_dae, solve_ivp
 from fastdyn.compile import background, budget
 from fastdyn.compile.traced.code import Traced
 from fastdyn.trace.graph.refusal import OutOfTime
-
-LINES = itertools.count(8000)
-
-
-def pulse(t, start=5.0, width=0.2):
-    return 1.0 if start < t < start + width else 0.0
-
-
-def fresh(fun):
-    """A copy of a function that nobody has compiled yet: on a line of its own."""
-    code = fun.__code__.replace(co_firstlineno=next(LINES))
-    return types.FunctionType(code, fun.__globals__, "pulsed", None, fun.__closure__)
+from support.pulsed import fresh, pulse
 
 
 @pytest.fixture

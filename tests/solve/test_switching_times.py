@@ -2,7 +2,6 @@
 
 import itertools
 import math
-import types
 import warnings
 
 import numpy as np
@@ -13,6 +12,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, interp1d
 
 from fastdyn import Stepper, SwitchingWarning, prepare, solve_ensemble, solve_ivp
 from fastdyn.trace.switching import divisions
+from support.pulsed import fresh
 from support.steppers import ended
 
 KNOTS = np.arange(11.0)
@@ -256,16 +256,8 @@ def test_a_sensitivity_to_the_time_of_a_pulse_is_refused():
 NOT_OWN = ["RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
 
 
-LINES = itertools.count(1000)
-
-
-def fresh(fun):
-    """A copy of a function of which nobody was told yet: on a line of its own."""
-    return types.FunctionType(fun.__code__.replace(co_firstlineno=next(LINES)), globals(), "fun")
-
-
 def pulsed():
-    return fresh(lambda t, y: [1.0 - 2 * y[0] if 5 < t < 6 else -y[0]])
+    return fresh(lambda t, y: [1.0 - 2 * y[0] if 5 < t < 6 else -y[0]], "fun")
 
 
 def narrow(t, y, a):
@@ -301,7 +293,7 @@ def test_a_jump_over_a_pulse_is_told_once_and_steps_stay(method, t_eval):
 def test_only_a_step_without_a_look_is_told(span):
     """Stages within the pulse with a weight in the error, and a single change, are seen."""
 
-    fun = fresh(lambda t, y, on, off: [1.0 if on < t < off else 0.0])
+    fun = fresh(lambda t, y, on, off: [1.0 if on < t < off else 0.0], "fun")
     given = {"max_step": 1.0, "first_step": 1.0, "rtol": 1e9, "atol": 1e9}
 
     def solved(*args):
@@ -320,13 +312,13 @@ def test_one_of_many_periodic_pulses_is_told():
     """SciPy's implicit methods lose some of them at any tolerance, the more so at the end."""
 
     for method in ("Radau", "BDF", "LSODA"):
-        fun = fresh(lambda t, y: [(1.0 if t % 10.0 < 0.1 else 0.0) - 5 * y[0]])
+        fun = fresh(lambda t, y: [(1.0 if t % 10.0 < 0.1 else 0.0) - 5 * y[0]], "fun")
         _, said = told(lambda m=method, f=fun: solve_ivp(f, (1, 100), [0.0], m, rtol=1e-9))
         assert len(said) == 1, method
 
 
 def test_repeated_and_prepared_solves_and_ensembles_tell():
-    fun = fresh(narrow)
+    fun = fresh(narrow, "fun")
 
     def one(a):
         return told(lambda: solve_ivp(fun, (0, 10), [0.0], args=(a,), t_eval=[10.0]))[1]
@@ -334,13 +326,13 @@ def test_repeated_and_prepared_solves_and_ensembles_tell():
     for _ in range(12):  # the first step looks at 1e-4 and before
         assert one(-1.0) == []
     assert len(one(5.0)) == 1 and one(5.0) == []
-    solver = prepare(fresh(narrow), (0, 10), [0.0], args=(-1.0,))
+    solver = prepare(fresh(narrow, "fun"), (0, 10), [0.0], args=(-1.0,))
     assert told(solver)[1] == [] and len(told(lambda: solver(args=(5.0,)))[1]) == 1
-    solver = prepare(fresh(narrow), (0, 10), [0.0], args=(-1.0,))
+    solver = prepare(fresh(narrow, "fun"), (0, 10), [0.0], args=(-1.0,))
     assert len(told(lambda: solver.many(args=(np.array([5.0, 6.0]),)))[1]) == 1
     for simd in (True, False):
         starts = np.array([5.0, 6.0])
-        asked = fresh(narrow), (0, 10), [0.0], (starts,)
+        asked = fresh(narrow, "fun"), (0, 10), [0.0], (starts,)
         assert len(told(lambda a=asked, s=simd: solve_ensemble(*a, simd=s))[1]) == 1
 
 

@@ -8,14 +8,7 @@ from scipy.integrate import solve_ivp as reference
 
 import fastdyn
 
-pytestmark = pytest.mark.filterwarnings("ignore")
-
-
-@pytest.fixture(autouse=True)
-def _without_comparisons(monkeypatch):
-    """Code is used as it is: a comparison would leave a function to Python that it gets wrong."""
-    monkeypatch.setattr("fastdyn.compile.traced.make.compare_around", lambda *_: None)
-    monkeypatch.setattr("fastdyn.run.functions.compared.WHEN", "never")
+pytestmark = [pytest.mark.filterwarnings("ignore"), pytest.mark.usefixtures("no_comparisons")]
 
 
 def tried(value):
