@@ -361,7 +361,7 @@ class Run(LaidOut):
                 before = done
                 done = int(state["n_accepted"][0])
                 if status == RUNNING:
-                    chunk = next_chunk(n_steps, spent)
+                    chunk = next_chunk(chunk, spent * chunk / n_steps)  # as if no look had cut it
                     tier.promote()
                 if bar is not None:
                     bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)

@@ -104,6 +104,25 @@ def test_changing_the_tier_between_chunks_changes_no_bit(method, monkeypatch, tm
     assert used[0] is None and used[-1] is not None
 
 
+def test_a_look_shortens_no_chunk_after_it(monkeypatch):
+    taken = []
+    original = loop.Run.step
+
+    def counted(run, n_steps=1):
+        taken.append(n_steps)
+        return original(run, n_steps)
+
+    monkeypatch.setattr(loop, "CHUNK_SECONDS", 1e3)  # no chunk ends by the clock
+    monkeypatch.setattr(loop.Run, "step", counted)
+    for _ in range(3):  # the first chunk of a repeated solve ends a step before the first look
+        taken.clear()
+        run = solve("RK45", t_end=2000.0, compile="shared", t_eval=[2000.0])
+    looks = [loop.next_look(0)]
+    while looks[-1] < run.n_accepted:
+        looks.append(loop.next_look(looks[-1]))
+    assert len(looks) > 3 and len(taken) == len(looks)
+
+
 @pytest.fixture
 def ctrl_c():
     """Python's own handler of SIGINT, which a process started in the background lacks."""
