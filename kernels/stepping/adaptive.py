@@ -5,6 +5,7 @@ from ..jit.options import INTERNAL, njit
 from ..state.elementwise import assign
 from ..state.record import ATOL, FINISHED, RAISED, RTOL, RUNNING, STEP_TOO_SMALL, Y_OLD, K, Y
 from ..state.rows import fetch, keep, slot
+from ..vector.scalar_or_vector import rare
 
 
 def kernel(step, control, exponent, fsal_stage, rhs, form):
@@ -82,7 +83,7 @@ def kernel(step, control, exponent, fsal_stage, rhs, form):
                 keep(work, Y, (y, y_old))
                 break
             h = control.grow(h, error, exponent, rejections)
-            if t_new == t_end and h < wanted:  # shortened to reach t_end, not for its error
+            if rare(t_new == t_end and h < wanted):  # shortened to reach t_end, not for its error
                 h = wanted
             t_old, t, k_last = t, t_new, k[fsal_stage]
             taken += 1

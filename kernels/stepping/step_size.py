@@ -17,7 +17,7 @@ import numpy as np
 
 from ..jit.options import INTERNAL, njit
 from ..state.reduce import add, reduce_components
-from ..vector.scalar_or_vector import power, select, spacing
+from ..vector.scalar_or_vector import fused, power, rare, select, spacing
 
 SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 10.0  # as in SciPy
 ROUNDED = 1.125  # a step that ends at a rounded time may be h_min and an eighth
@@ -87,15 +87,15 @@ def _scipy_smallest(t, direction):
 
 @njit(**INTERNAL)
 def _scipy_aim(t, h, t_end, direction):
-    t_new = t + h * direction
-    return select(direction * (t_new - t_end) > 0.0, t_end, t_new)
+    t_new = fused(h, direction, t)  # exact but for the sum, as the direction is 1 or -1
+    return select(rare(direction * (t_new - t_end) > 0.0), t_end, t_new)
 
 
 @njit(**INTERNAL)
 def _scipy_grow(h, error, exponent, rejections):
     factor = SAFETY * power(error, exponent)  # infinite where the error is zero
     factor = select(factor > MAX_FACTOR, MAX_FACTOR, factor)
-    return h * select((rejections > 0) & (factor > 1.0), 1.0, factor)
+    return h * select(rare((rejections > 0) & (factor > 1.0)), 1.0, factor)
 
 
 @njit(**INTERNAL)
@@ -112,13 +112,13 @@ def _matlab_smallest(t, direction):
 
 @njit(**INTERNAL)
 def _matlab_aim(t, h, t_end, direction):
-    return select(1.1 * h >= abs(t_end - t), t_end, t + h * direction)
+    return select(rare(1.1 * h >= abs(t_end - t)), t_end, fused(h, direction, t))
 
 
 @njit(**INTERNAL)
 def _matlab_grow(h, error, exponent, rejections):
     q = 1.25 * power(error, -exponent)
-    return select(rejections > 0, h, select(q > 0.2, h / q, 5.0 * h))
+    return select(rare(rejections > 0), h, select(q > 0.2, h / q, 5.0 * h))
 
 
 def matlab(least):

@@ -40,6 +40,15 @@ def intrinsic_of(builder, name, kind, n):
     return declared(builder.module, form, f"llvm.{name}.{width}f64")
 
 
+def fuse(builder, a, b, c):
+    """a b + c, numbers or vectors, rounded once where the processor has an instruction for that.
+
+    `fmuladd`, because with `contract` the optimiser fuses, or not, by what stands around the
+    operation: kernels on tuples and on rows would differ.
+    """
+    return builder.call(intrinsic_of(builder, "fmuladd", a.type, 3), [a, b, c])
+
+
 def pack(builder, values):
     """An LLVM structure of the values."""
     whole = ir.Constant(ir.LiteralStructType([v.type for v in values]), ir.Undefined)

