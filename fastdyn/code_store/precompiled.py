@@ -30,12 +30,17 @@ def level():
 
 
 def best_level():
-    """The best level that this processor supports; None on systems without levels."""
+    """The best level that this processor supports; None on systems without levels.
+
+    None, too, where the level lacks the processor's fused products and sums: kernels that are
+    compiled in the process would have other bits.
+    """
     import llvmlite.binding as llvm
 
     levels = LEVELS.get(llvm.get_process_triple(), {})
     features = llvm.get_host_cpu_features() if any(levels.values()) else {}
-    return next((k for k, needs in levels.items() if all(map(features.get, needs))), None)
+    best = next((k for k, needs in levels.items() if all(map(features.get, needs))), None)
+    return best if best is None or not features.get("fma") or "fma" in levels[best] else None
 
 
 def symbol_of(key, made_by, level):

@@ -24,6 +24,7 @@ from ..jit.options import INTERNAL, njit
 from ..state.record import RUNNING
 from ..state.reduce import add, reduce_components
 from ..state.rows import copy_row, slot
+from ..vector.scalar_or_vector import fused
 
 TINY = 1e-250  # squared size of a cotangent below which it has no direction
 LARGEST, RATE, COSINE = range(3)  # in `gauge`
@@ -38,10 +39,10 @@ LAM, MU, ZERO, SUM, SCALE, SINGLE = range(6)
 def _add_four(work, target, i, a, j, b, k, c, m, d):
     """Row `target` += a times row i, then b times row j, and so on."""
     for x in range(work.shape[1]):
-        total = work[target, x] + a * work[i, x]
-        total += b * work[j, x]
-        total += c * work[k, x]
-        work[target, x] = total + d * work[m, x]
+        total = fused(a, work[i, x], work[target, x])
+        total = fused(b, work[j, x], total)
+        total = fused(c, work[k, x], total)
+        work[target, x] = fused(d, work[m, x], total)
 
 
 @njit(**INTERNAL)
@@ -73,10 +74,10 @@ def _weighted(work, target, base, h, terms, i, first):
         row = first + index[k]
         a = value[k]
         for x in range(work.shape[1]):
-            work[target, x] += a * work[row, x]
+            work[target, x] = fused(a, work[row, x], work[target, x])
         k += 1
     for x in range(work.shape[1]):
-        work[target, x] = work[base, x] + h * work[target, x]
+        work[target, x] = fused(h, work[target, x], work[base, x])
 
 
 @njit(**INTERNAL)

@@ -14,7 +14,9 @@ def test_levels_hold_each_other():
 @pytest.mark.parametrize("triple, features, level", [
     ("aarch64-unknown-linux-gnu", None, "generic"),  # no feature is asked for
     ("x86_64-unknown-linux-gnu", precompiled._V3, "x86-64-v3"),
+    ("x86_64-pc-linux-gnu", precompiled._V2, "x86-64-v2"),
     ("x86_64-pc-linux-gnu", precompiled._V2[1:], None),
+    ("x86_64-pc-linux-gnu", (*precompiled._V2, "fma"), None),  # kernels of the process have fma
     ("arm64-apple-macosx", (), None),
 ])  # fmt: skip
 def test_each_system_has_its_levels(triple, features, level, monkeypatch):
