@@ -9,7 +9,7 @@ from fastdyn.compile.bind import leave_to_python, numpy_errors_are_heard, rebind
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.kernels.output.arguments import PAST_BEGINS, SHORT
 from fastdyn.kernels.state.record import Y
-from fastdyn.problem.events import between_steps
+from fastdyn.problem.events import called_between
 from fastdyn.run.again import FEWEST_MISSES, MOST_MISSES
 from fastdyn.run.outcome import result_of
 from fastdyn.run.ready import ReadyRun
@@ -141,7 +141,7 @@ class RepeatedEquation(Equation):
             self.history.begin_at(self._ready.room)
 
     def _others(self):
-        return [function for function, _ in between_steps(self.problem)]
+        return called_between(self.problem)
 
     def _plain(self, fun, history, args):
         """As `again`, by the ReadyRun; None where that does not solve."""

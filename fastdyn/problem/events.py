@@ -222,6 +222,9 @@ def _wait(event):
     return number
 
 
+# Of a Problem, the fields with functions that are called between steps, but for those of events,
+# and their modes, in the order of `between_steps`.
+BETWEEN = {"inside": EVENT, "project": PROJECTION, "jac": MATRIX}
 # By fields of Event, which are fields of a row of compiled code, too.
 RULES: dict[str, Callable] = {"limit": _limit, "direction": _direction, "wait": _wait}
 PLAIN = Event(None)
@@ -303,17 +306,18 @@ def between_steps(problem):
     functions = [(event.function, event_mode) for event in events]
     changes = SALTATION if p.mode.sensitivities else JUMP
     functions += [(jump, changes) for jump in p.jumps if jump is not None]
-    if p.inside is not None:
-        functions.append((p.inside, EVENT))
-    if p.project is not None:
-        functions.append((p.project, PROJECTION))
-    if p.jac is not None:
-        functions.append((p.jac, MATRIX))
-    return functions
+    return functions + [
+        (getattr(p, name), mode) for name, mode in BETWEEN.items() if getattr(p, name) is not None
+    ]
+
+
+def called_between(problem):
+    """The functions of `between_steps`, without a Jacobian that is a matrix."""
+    return [given for given, mode in between_steps(problem) if callable(given) or not mode.matrix]
 
 
 def with_functions(problem, functions):
-    """The problem with other functions, in the order of `between_steps`."""
+    """The problem with other functions, in the order of `called_between`."""
     p = problem
     given = iter(functions)
     events = p.events and [event.like(next(given)) for event in p.events]
@@ -321,7 +325,7 @@ def with_functions(problem, functions):
     schedules = [
         each if each.jump is None else each._replace(jump=next(given)) for each in p.schedules
     ]
-    others = [name for name in ("inside", "project", "jac") if getattr(p, name) is not None]
+    others = [name for name in BETWEEN if getattr(p, name) is True or callable(getattr(p, name))]
     changed: Any = {name: next(given) for name in others}
     return p._replace(events=events, schedules=tuple(schedules), **changed)
 
@@ -347,5 +351,5 @@ def without_functions(problem):
         e.changed(function=None, origin=None, act=e.act and True) for e in p.events
     ]
     schedules = tuple([each._replace(jump=each.jump and True) for each in p.schedules])
-    project = None if p.project is None else True
-    return p._replace(fun=None, args=(), events=events, schedules=schedules, project=project)
+    marked: Any = {name: True for name in (*BETWEEN, "domain") if callable(getattr(p, name))}
+    return p._replace(fun=None, args=(), events=events, schedules=schedules, **marked)

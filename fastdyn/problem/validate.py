@@ -100,6 +100,7 @@ class Problem(NamedTuple):
     ends_at_switches: bool = True  # whether steps end where `fun` switches with the time
     reaction: Reaction = Reaction()
     differentiated: tuple = ()  # positions of arguments, from 1, by which a sweep differentiates
+    bare: Any = None  # the Problem of functions whose forms, here, keep a solve inside
 
     @property
     def acts(self):

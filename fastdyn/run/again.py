@@ -161,7 +161,7 @@ class Solver(Kind):
         if (run := ready.run).doubts(memory):
             return None
         p = self.present(ready, fun, args, others)
-        for bound, function in zip(run.bounds, (fun, *others), strict=True):
+        for bound, function in zip(run.called, (fun, *others), strict=True):
             bound.held.take(function, args)
         watch(p, run)
         try:

@@ -65,7 +65,9 @@ class LaidOut(PythonBetween):
     Attributes
     ----------
     bounds : list of Bound
-        All functions that the solve calls.
+        All functions that the solve calls, and a Jacobian that is a matrix.
+    called : list of Bound
+        The `bounds` without the matrix.
     plan : memory.Plan
     memory : ndarray
         The memory of the last solve, also after a failure; each solve has its own memory.
@@ -82,6 +84,7 @@ class LaidOut(PythonBetween):
 
     def __init__(self, problem, bound, others=(), n_extra=0):
         self.bounds = [*bound.pair, bound, *others]
+        self.called = [bound for bound in self.bounds if not bound.mode.constant]
         self._own = bound
         self._others = others
         self._n_extra = n_extra

@@ -304,6 +304,7 @@ def _more(problem, plan, own):
     dense = p.dense_output
     watched = p.events is not None
     cut = p.nonnegative is not None
+    cut_at = plan.place("cut") // 8
 
     def more(found, copied, memory: Any = own, numbers=own_words, grown=None):
         n_dense, n_events = counts(numbers)
@@ -332,7 +333,7 @@ def _more(problem, plan, own):
             found["t_events"] = times
             found["y_events"] = states
         if cut:
-            warn_of_cut(view(memory, "solve.state")["cut"][0])
+            warn_of_cut(memory[cut_at])
 
     return more
 

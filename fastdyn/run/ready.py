@@ -50,7 +50,7 @@ class ReadyRun:
     problem : validate.Problem
         The problem of all solves, without values of one solve that must not be kept.
     functions : sequence of callable
-        The functions of the bounds of the Run; `args` are their arguments at present.
+        Those that the Run calls; `args` are their arguments at present.
     finish : callable
         ``finish(ready, memory, status, fun, args, events)`` returns the result of a solve after its
         first chunk of steps, or None.
@@ -100,7 +100,7 @@ class ReadyRun:
         self._check, self.state_sizes = check, sizes
         self._readers = [
             (reader_of(run, bound, fun, args), bound.block)
-            for bound, fun in zip(run.bounds, functions, strict=True)
+            for bound, fun in zip(run.called, functions, strict=True)
         ]
         self.left = math.inf
         options = options or {}
@@ -126,8 +126,7 @@ class ReadyRun:
     def lay(self):
         """Lay out the next solves, for the present memory and the present stepping kernel."""
         run = self.run
-        problem = self.problem
-        run.problem = problem
+        run.problem = problem = self.problem
         run.memory = None
         self._switched = None
         run.make_room()  # as long as the last output, in another plan
@@ -248,7 +247,7 @@ class ReadyRun:
 
     def _is_left(self, fun, args, events):
         """Whether a function is left to Python; looked at after another one was left."""
-        if is_left(self.problem, self.run.bounds, (fun, *events), args):
+        if is_left(self.problem, self.run.called, (fun, *events), args):
             return True
         self._n_left = N_LEFT[0]
         return False

@@ -13,7 +13,7 @@ from fastdyn.compile.sentences import WritesToState
 from fastdyn.kernels.methods.method import ON_PAIRS, SHARED_METHODS
 from fastdyn.kernels.state.record import NON_FINITE
 from fastdyn.problem.domains.options import check_start
-from fastdyn.problem.events import between_steps
+from fastdyn.problem.events import called_between
 from fastdyn.problem.second_order_and_pairs import (
     Pair,
     probe_equations,
@@ -197,7 +197,7 @@ def _functions(problem):
     """The functions of a problem, in the order of the bounds of its Run."""
     if not problem.events:
         return (problem.fun,)
-    return problem.fun, *[function for function, _ in between_steps(problem)]
+    return problem.fun, *called_between(problem)
 
 
 def _taken(key, problem, functions):

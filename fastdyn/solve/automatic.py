@@ -192,7 +192,7 @@ def _begun(asked, name, reason, by=None):
     if result.status != -1 and not numpy_errors_are_heard():  # then "auto" chooses otherwise
         by = by or asked
         kind = by_method.kind_of(by, name)
-        repeated.choose(asked, by, kind, lambda of: Chosen(of, name, reason))
+        repeated.choose(asked, asked.method, by, kind, lambda of: Chosen(of, name, reason))
     return result
 
 

@@ -10,19 +10,39 @@ from fastdyn.problem.options.table import OPTIONS
 from fastdyn.run.again import keyed_code
 
 FUNCTION = python.FunctionType
-BY_CODE = {option.name: None for option in OPTIONS.values() if option.in_key == "code"}
-DERIVATIVES = "sensitivity", "adjoint"
+OF_FUNCTIONS = "on_event", "domain", "project", "jac"  # in the order of `called_between`
+BY_CODE = sorted((o.name for o in OPTIONS.values() if o.in_key == "code"), key=OF_FUNCTIONS.index)
+BY_KINDS = [option.name for option in OPTIONS.values() if option.in_key == "kinds"]
+OTHERS = {*BY_CODE, *BY_KINDS}  # the options whose values are not the part of a key
+FIELDS = "sensitivity", "adjoint", "error_estimate"  # options that are fields of Arguments
 COMPLEX = "complex"  # the last part of the key of calls with a complex state
+N_BEFORE = 5  # parts of a key before those of `rest_of`
+LEAVES = (int, float, str, np.generic, type(None))  # of lists
+VALUES = (*LEAVES, list, tuple, np.ndarray)  # of the options that are known by values
+
+
+def is_known(option, value):
+    """Whether calls with this value of an Option are known by their key."""
+    if option.in_key == "code" and callable(value):
+        return True
+    return bool(option.in_key) and isinstance(value, VALUES) and _is_lasting(value)
+
+
+def _is_lasting(value):
+    """Whether a value has no parts of other kinds, which may change while their hash does not."""
+    if value.__class__ is list or value.__class__ is tuple:
+        return all(callable(part) or _is_lasting(part) for part in value)
+    return isinstance(value, LEAVES) or value.__class__ is np.ndarray
 
 
 def options_of(asked):
     """The options of Arguments as the caller gave them."""
-    return asked.options | _given(asked.sensitivity, asked.adjoint)
+    return asked.options | _given([getattr(asked, name) for name in FIELDS])
 
 
-def _given(*derivatives):
-    """The options of DERIVATIVES that are not None, which stand behind the others in a key."""
-    pairs = zip(DERIVATIVES, derivatives, strict=True)
+def _given(values):
+    """The options of FIELDS that are not None, which stand behind the others in a key."""
+    pairs = zip(FIELDS, values, strict=True)
     return {name: value for name, value in pairs if value is not None}
 
 
@@ -44,13 +64,13 @@ def rest_of(t_eval, dense_output, events, vectorized, options):
     """The part of the key that most calls do not have, and the functions of the events."""
     watched = None
     functions = ()
-    if len(options) > 1 and ("sensitivity" in options or "adjoint" in options):
+    if len(options) > 1 and not options.keys().isdisjoint(FIELDS):
         options = dict(options)
-        derivatives = [options.pop(name, None) for name in DERIVATIVES]
-        options |= _given(*derivatives)
-    acting = ()
-    if options and not BY_CODE.keys().isdisjoint(options):
-        options, acting = _by_code(options)
+        fields = [options.pop(name, None) for name in FIELDS]
+        options |= _given(fields)
+    called = ()
+    if options and not OTHERS.isdisjoint(options):
+        options, called = _by_code(options)
     if events is not None:
         if events.__class__ is FUNCTION and not events.__dict__:
             watched = id(events.__code__)
@@ -61,23 +81,52 @@ def rest_of(t_eval, dense_output, events, vectorized, options):
         None if t_eval is None else len(t_eval), dense_output, vectorized, watched, *options,
         *options.values(),
     )  # fmt: skip
-    return rest, functions + acting
+    return rest, functions + called
 
 
 def _by_code(options):
     """The options, with the code in place of functions, and these in the order of a Problem's."""
     options = dict(options)
     functions = []
-    for name in [name for name in BY_CODE if name in options]:
-        given = options[name]
-        several = given.__class__ is list or given.__class__ is tuple
-        key: list[Any] = [several]
-        for function in given if several else (given,):
-            key.append(None if function is None else id(keyed_code(function)))
-            if function is not None:
-                functions.append(function)
-        options[name] = tuple(key)
+    for name in BY_CODE:
+        given: Any = options.get(name)
+        if given.__class__ is FUNCTION:  # most are
+            options[name] = False, id(given.__code__)
+            functions.append(given)
+        elif given is not None:
+            options[name], called = _code_of(given)
+            functions += called
+    for name in BY_KINDS:
+        given = options.get(name)
+        if given is not None and given.__class__ is not np.ndarray:
+            options[name] = _with_kinds(given)
     return options, tuple(functions)
+
+
+def _code_of(given):
+    """The key of an option by its code, and its functions; a matrix or a word is its own key."""
+    several = given.__class__ is list or given.__class__ is tuple
+    among = given if several else (given,)
+    functions = [each for each in among if callable(each)]
+    if not functions:
+        try:
+            return np.asarray(given) if several and any(among) else given, functions
+        except ValueError:  # rows of several lengths
+            raise TypeError from None
+    codes = [None if each is None else id(keyed_code(each)) for each in among]
+    return (several, *codes), functions
+
+
+def _with_kinds(value):
+    """A value with its type and those of its parts: True equals 1, and is not the index 1."""
+    if value.__class__ is list or value.__class__ is tuple:
+        return (*value, *map(type, value))
+    return value.__class__, value
+
+
+def with_times(key, n):
+    """The key of calls like those of a key, with n times of output."""
+    return *key[:N_BEFORE], n, *key[N_BEFORE + 1 :]
 
 
 def _watched(events):
@@ -107,8 +156,8 @@ def hashable(kind):
     """A key with the contents of lists, and of arrays of numbers, which may change in place."""
     return tuple([
         (value.dtype.str, value.shape, value.tobytes())
-        if value.__class__ is np.ndarray and value.dtype.kind in "fiu"
-        else (list, *value) if value.__class__ is list
+        if value.__class__ is np.ndarray and value.dtype.kind in "fiub"
+        else (list, *hashable(value)) if value.__class__ is list
         else value
         for value in kind
     ])  # fmt: skip

@@ -11,7 +11,8 @@ from fastdyn.plot.displayed import table
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked, compiled_method, refuse
 from fastdyn.problem.discrete import longer as with_discrete_states
-from fastdyn.problem.events import between_steps
+from fastdyn.problem.domains.options import start_inside
+from fastdyn.problem.events import called_between
 from fastdyn.problem.members import Members
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.names import ARGUMENTS, refuse_unknown
@@ -139,7 +140,7 @@ class Prepared:
         self._span = (problem.t0, problem.tf)
         self._fun = problem.fun
         self._args = problem.args
-        self._others = [function for function, _ in between_steps(problem)]
+        self._others = called_between(problem)
         self._sensitivity = asked.sensitivity
         self._repeats = may_come_again(problem, asked.options)
         if asked.adjoint is not None:
@@ -316,9 +317,15 @@ class _Solver(Solver):
         announce(run.bounds)
         if not run.is_plain():
             return []
-        functions = problem.fun, *[function for function, _ in between_steps(problem)]
-        given = problem.args, self.finish, None, None, self._options
+        functions = problem.fun, *called_between(problem)
+        check = None if problem.bare is None else self._begins_inside
+        given = problem.args, self.finish, check, None, self._options
         try:
             return [ReadyRun(run, problem, functions, *given)]
         except Uncompilable:
             return []
+
+    def _begins_inside(self, ready, y0, args, events):
+        bare = self.problem.bare
+        t0 = bare.t0 if ready.span is None else ready.span[0]
+        return start_inside(bare, called_between(bare), t0, y0, args) is not None

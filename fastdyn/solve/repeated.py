@@ -12,7 +12,8 @@ import numpy as np
 from fastdyn.compile.derivatives.sensitivities import decides
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.kernels.methods.taylor.accuracy import order_for
-from fastdyn.problem.events import between_steps, of_first, with_functions, without_functions
+from fastdyn.problem.domains.options import forms, start_inside
+from fastdyn.problem.events import called_between, of_first, with_functions, without_functions
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.sensitivities import Tolerances, directions_of, with_sensitivities
 from fastdyn.run import again, ready
@@ -21,10 +22,9 @@ from fastdyn.run.functions.readers import has_complex
 from fastdyn.run.ready import ReadyRun
 from fastdyn.run.solve_problem import in_time, run_of
 
-from .keys import COMPLEX, FUNCTION, hashable, key_of, options_of, rest_of
+from .keys import COMPLEX, FUNCTION, hashable, is_known, key_of, options_of, rest_of
 from .sensitivities import at_events, divided, not_met, parted
 
-VALUES = (float, int, str, list, tuple, np.ndarray, np.generic, type(None))  # of the other options
 LARGEST, SMALLEST = 2.0**60, 2.0**-60  # sizes of a state
 
 
@@ -74,37 +74,39 @@ def note(asked, method, problem):
         return
     try:
         key, others = key_of(a, method)
-        if [*map(id, _functions(problem))] != [*map(id, (a.fun, *others))]:
-            return  # the solve calls forms of the given functions
-        found = again.kept(key, lambda: _repeated(a, problem), len(problem.y0))
+        given = a.fun, *others
+        if [*map(id, _functions(problem.bare or problem))] != [*map(id, given)]:
+            return  # the solve calls other forms of the given functions
+        found = again.kept(key, lambda: _repeated(a, problem, given), len(problem.y0))
     except (AttributeError, TypeError):
         return
     found.count(problem)
 
 
-def choose(asked, by, method, make):
-    """After a solve of Arguments with "auto", as `by` and by this method: solve calls alike so.
+def choose(asked, kind, by, method, make):
+    """After a solve of Arguments of a kind by those of other calls: solve calls alike so.
 
-    ``make(of)`` is the Kind of these calls, where `of` is that of the method.
+    ``make(of)`` is the Kind of calls like `asked`, where `of` is that of calls like `by`; `kind`
+    and `method` are their methods, as of `by_method.kind_of`.
     """
     try:
         of = again.calls.get(key_of(by, method)[0])
         if of is not None:
-            again.calls.put(key_of(asked, asked.method)[0], make(of))
+            again.calls.put(key_of(asked, kind)[0], make(of))
     except (AttributeError, TypeError):
         return
 
 
-def _repeated(asked, problem):
-    """The Repeated for calls like those of Arguments."""
+def _repeated(asked, problem, functions):
+    """The Repeated for calls like those of Arguments, which have these functions."""
     a = asked
     if a.sensitivity is not None:
         made = WithSensitivities(problem, a.options, a.sensitivity)
     elif a.adjoint is not None:
         made = WithAdjoint(problem, a.options, a.adjoint)
     else:
-        made = Repeated(problem, a.options)
-    made.codes = [keyed_code(function) for function in _functions(problem)]
+        made = (Inside if problem.bare else Repeated)(problem, a.options)
+    made.codes = [keyed_code(function) for function in functions]
     return made
 
 
@@ -115,9 +117,7 @@ def may_come_again(problem, options):
     known = [OPTIONS[name] for name in options if name in OPTIONS]
     if len(known) < len(options) or not math.isfinite(p.tf):
         return False
-    if not all(option.in_key and option.methods(p.method) for option in known):
-        return False
-    if not all(isinstance(options[o.name], VALUES) for o in known if o.in_key is True):
+    if not all(o.methods(p.method) and is_known(o, options[o.name]) for o in known):
         return False
     if times is not None and not (times.dtype.kind in "fiu" and len(times)):
         return False
@@ -148,9 +148,12 @@ class Repeated(Solver):
     def _ready(self, problem, run_of, common, check):
         """A ReadyRun for a problem; `common` is the problem without the values of one call."""
         try:
-            run = run_of(problem)
+            run = run_of(problem._replace(domain=None))  # which is not called once more
             if not run.is_plain() or (problem.mode.sensitivities and decides(run.bounds[0])):
                 return []
+            looked_at = callable(problem.jac) or problem.domain is not None
+            if looked_at and run.called[0].callback is not None:
+                return []  # in Python, each new `jac` is checked, and `domain` called at the start
             functions = _functions(problem)
             if problem.mode.sensitivities:
                 functions[0] = problem.fun.fun
@@ -159,6 +162,29 @@ class Repeated(Solver):
             return [ReadyRun(run, common, *given, self.make)]
         except (GaveUp, Uncompilable):
             return []
+
+
+class Inside(Repeated):
+    """Calls of one kind with `domain` or `nonnegative`, whose solves call forms of the functions.
+
+    Each call makes these forms of its own functions, and looks at its start.
+    """
+
+    def ready(self, problem):
+        self._bare = stripped(problem.bare)
+        return super().ready(problem)
+
+    def solve(self, fun, y0, args, others=(), t_span: Any = None, t_eval=None):
+        if not self.idle:
+            return None
+        try:
+            start = start_inside(self._bare, others, t_span[0], y0, args)
+        except (IndexError, TypeError):  # no span
+            return None
+        if start is None:
+            return None
+        fun, others = forms(self._bare, fun, others, *start)
+        return super().solve(fun, y0, args, others, t_span, t_eval)
 
 
 class WithAdjoint(Repeated):
@@ -212,6 +238,7 @@ class WithSensitivities(Repeated):
         if others:
             if not self.idle:
                 return None
+            others = others[: len(self.problem.events or ())]  # without `jac`
             own = [of_first(event, len(self.problem.y0)) for event in others]
         whole = super().solve(fun, y0, args, own, t_span, t_eval)
         if whole is None or "sensitivity" in whole:
@@ -235,7 +262,7 @@ class WithSensitivities(Repeated):
             return []
         found = directions_of(self._sensitivity, p.fun, p.y0, p.args)
         self._directions = [d._replace(value=np.zeros(d.value.shape)) for d in found]
-        self.problem, longer = stripped(p), with_sensitivities(p, found)
+        self.problem, longer = stripped(p)._replace(jac=None), with_sensitivities(p, found)
         check = None
         self._m = sum([d.size for d in found])
         if p.method.error_order:
@@ -287,14 +314,14 @@ def stripped(problem):
     p = problem
     fun = p.fun._replace(fun=None) if p.mode.sensitivities else None
     return without_functions(p)._replace(
-        fun=fun, y0=np.full(len(p.y0), np.abs(p.y0).max(initial=0.0)),
+        fun=fun, y0=np.full(len(p.y0), np.abs(p.y0).max(initial=0.0)), bare=None,
         t_eval=None if p.t_eval is None else p.t_eval.copy(),
     )  # fmt: skip
 
 
 def _functions(problem):
-    """The functions of a problem, in the order of the bounds of its run."""
-    return [problem.fun, *[function for function, _ in between_steps(problem)]]
+    """The functions of a problem, in the order of those that its run calls."""
+    return [problem.fun, *called_between(problem)]
 
 
 def _sizes(problem):

@@ -157,7 +157,8 @@ def test_a_start_outside_in_an_ensemble():
     found = solve_ensemble(root, (0, 0.5), [[1.0], [-1.0]], args=(1.0,), domain=positive)
     assert found.status.tolist() == [0, -1]
     solver = prepare(root, (0, 0.5), [1.0], args=(1.0,), domain=positive)
-    assert "outside of `domain`" in solver([-1.0]).message
+    with pytest.raises(ValueError, match="outside of `domain`"):
+        solver([-1.0])
 
 
 def test_a_checkpoint(tmp_path):

@@ -173,7 +173,7 @@ def test_events_and_their_actions():
     assert found.y.min() >= 0.0
 
 
-def test_a_negative_state_that_nobody_checked_ends_with_a_sentence():
+def test_a_negative_state_ends_with_a_sentence():
     def low(t, y):
         return y[0] - 0.1
 
@@ -182,7 +182,8 @@ def test_a_negative_state_that_nobody_checked_ends_with_a_sentence():
     assert found.status == -1 and found.y.min() >= 0.0
     assert "`on_event` of event 0, `low`, returned a negative number" in found.message
     solver = prepare(tank, (0, 1), [1.0], nonnegative=True)
-    assert solver([-1.0]).status == -1
+    with pytest.raises(ValueError, match="`nonnegative` lists component 0"):
+        solver([-1.0])
     many = solve_ensemble(tank, (0, 1), [[1.0], [-1.0]], nonnegative=True)
     assert many.status.tolist() == [0, -1]
 

@@ -23,6 +23,8 @@ TIMES = np.linspace(*SPAN, 5)
 
 
 PAIRS = ("Tsit5", "DOP853", "RK45", "Rodas5P")
+IMPLICIT = ("Rodas5P", "Radau", "BDF", "LSODA")
+KEPT = ("RK45", "Vern7", *IMPLICIT)
 OF_FORM = ("VelocityVerlet", "BlanesMoanPRK4", "GaussNystrom8")  # for q'' = a(t, q)
 
 
@@ -33,6 +35,7 @@ class Case(NamedTuple):
     given: dict
     calls: list
     methods: tuple = PAIRS
+    ways: tuple = ()  # of WAYS; without any, all of them
 
 
 def driven(t, y, u, k):
@@ -53,6 +56,18 @@ def halved(t, y, u, k):
 
 def kicks(t, y, u, k):
     return [y[0] + 0.1, y[1]]
+
+
+def above(t, y, u, k):
+    return y[0] + 0.9 - 0.1 * u
+
+
+def slope(t, y, u, k):
+    return [[0.0, 1.0], [-k, 0.0]]
+
+
+def steady(t, y, u, k):
+    return [y[1], -2.0 * y[0] + u * np.cos(t) + k]
 
 
 def swing(t, y, k, weights):
@@ -146,6 +161,21 @@ CASES = {
     ),
     "second order and times": Case(
         driven, DRIVEN | {"step": 0.07, "t_eval": TIMES}, CALLS, OF_FORM
+    ),
+    "nonnegative": of_driven(nonnegative=[0], dense_output=True)._replace(methods=KEPT),
+    "domain": of_driven(domain=above, events=rises)._replace(methods=KEPT),
+    "kept inside": of_driven(
+        nonnegative=[0], domain=above, events=falls_to, every=0.3, on_event=[kicks, halved]
+    )._replace(methods=KEPT),
+    "jac": of_driven(jac=slope, t_eval=TIMES)._replace(methods=IMPLICIT),
+    "jac kept inside": of_driven(jac=slope, nonnegative=[0], domain=above)._replace(
+        methods=IMPLICIT
+    ),
+    "jac that is a matrix": Case(
+        steady, DRIVEN | TIGHT | {"jac": [[0, 1], [-2, 0]], "events": rises}, CALLS, IMPLICIT
+    ),
+    "error estimate": of_driven(error_estimate=True, events=rises)._replace(
+        methods=(*PAIRS, "Taylor", "auto"), ways=("again",)
     ),
     "mass": Case(decaying, MASS, STARTS, WITH_MASS),
     "mass and actions": Case(
@@ -321,7 +351,8 @@ OTHER_WAYS = {  # the way, the cases that it takes, and what it has of the first
 }
 PRODUCT = [
     pytest.param(CASES[name], method, WAYS[way], None, id=f"{name}-{way}-{method}")
-    for name, way in itertools.product(CASES, WAYS)
+    for name in CASES
+    for way in CASES[name].ways or WAYS
     for method in CASES[name].methods
 ]
 PRODUCT += [

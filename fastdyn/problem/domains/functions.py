@@ -1,6 +1,5 @@
 """The functions of a problem that is kept inside: its equations, events and Jacobian."""
 
-import functools
 import math
 from typing import Any
 
@@ -9,10 +8,24 @@ import numpy as np
 from fastdyn.compile.python_callback import derivative
 
 
+def _named(fun):
+    """A decorator: the name of a function for its form.
+
+    `functools.wraps` takes 2 us, and gives the form attributes, which each call would compare.
+    """
+
+    def named(form):
+        for name in ("__name__", "__qualname__"):
+            setattr(form, name, getattr(fun, name, type(fun).__name__))
+        return form
+
+    return named
+
+
 def of_states(fun):
     """A function for states of shape (n, k) as one for states of shape (n,)."""
 
-    @functools.wraps(fun)
+    @_named(fun)
     def of_state(t, y, *args):
         return np.asarray(fun(t, y[:, None], *args))[:, 0]
 
@@ -22,7 +35,7 @@ def of_states(fun):
 def inside_only(fun, domain, n):
     """`fun` inside of the domain, and nan outside; `fun` cannot write to the state."""
 
-    @functools.wraps(fun)
+    @_named(fun)
     def inside_only(t, y, *args):
         if domain(t, y, *args) > 0:
             return fun(t, y.copy(), *args)
@@ -34,7 +47,7 @@ def inside_only(fun, domain, n):
 def inside_of(domain):
     """The function for the kernels, positive inside; 1.0 stands for True."""
 
-    @functools.wraps(domain)
+    @_named(domain)
     def inside(t, y, *args):
         return domain(t, y, *args) * 1.0
 
@@ -57,7 +70,7 @@ def clipped(listed):
 def of_clipped(fun, listed):
     """A function of the state, called with 0 for negative components among those listed."""
 
-    @functools.wraps(fun)
+    @_named(fun)
     def of_clipped(t, y, *args):
         return fun(t, _clip(y, listed), *args)
 
@@ -68,7 +81,7 @@ def kept(fun, listed):
     """The equations, continued below zero; a result of a wrong shape is refused later."""
     shape = listed.shape
 
-    @functools.wraps(fun)
+    @_named(fun)
     def kept(t, y, *args):
         rates = np.asarray(fun(t, _clip(y, listed), *args))
         if rates.shape != shape:
@@ -78,12 +91,10 @@ def kept(fun, listed):
     return kept
 
 
-def jacobian_inside(jac, domain, problem):
+def jacobian_inside(jac, domain, t0, y0):
     """`jac` inside of the domain; outside, where no step ends, `jac` at the start."""
-    t0 = problem.t0
-    y0 = problem.y0
 
-    @functools.wraps(jac)
+    @_named(jac)
     def jacobian(t, y, *args):
         if domain(t, y, *args) > 0:
             return jac(t, y, *args)

@@ -6,12 +6,15 @@ step; `fun` is not called there.  With `nonnegative`, the equations are continue
 least 0.  `kernels/output/borders.py` checks the end of each step.
 """
 
+from typing import Any
+
 import numpy as np
 
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.compile.sentences import warn
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.output.arguments import CHECKS, CLIPS, WITHIN
+from fastdyn.problem.events import called_between, with_functions
 from fastdyn.problem.lsoda import NAME as LSODA
 
 from .functions import (
@@ -27,6 +30,8 @@ from .functions import (
 
 MOST_CUT = 100.0  # the sum of corrections, in units of `atol`, that a solve makes without a word
 NAMES = frozenset(("domain", "nonnegative"))
+SHORT = 32
+NUMBERS = (bool, int, float, np.bool_, np.number)  # that `domain` may return
 
 
 def asked(options):
@@ -75,48 +80,101 @@ def kept_inside(problem, options):
         raise TypeError(f"`domain` must be a function of (t, y); got {domain!r}.")
     if listed is not None:
         _check_nonnegative(p, listed)
-    fun = of_states(p.fun) if p.mode is COLUMN else p.fun
-    jac = p.jac
+    bare = p._replace(domain=domain, inside=domain, nonnegative=listed)
+    fun, others = forms(bare, p.fun, called_between(bare), p.t0, p.y0)
+    clips = listed is not None
+    formed = bare._replace(
+        project=clips or p.project, jac=True if clips and p.jac is not None else p.jac
+    )
+    return with_functions(formed, others)._replace(fun=fun, mode=DERIVATIVE, bare=bare)
+
+
+def forms(bare, fun, others, t0, y0):
+    """The forms of functions that keep a solve from (t0, y0) inside: the equations, the others.
+
+    Parameters
+    ----------
+    bare : validate.Problem
+        The Problem of the functions without forms, whose `inside` is the domain.
+    fun : callable
+    others : sequence of callable
+        In the order of `called_between`, as are their forms.
+    """
+    listed = bare.nonnegative
+    jac: Any
+    last: list[Any]
+    rest, domain, last, jac = _apart(bare, others)
+    if bare.mode is COLUMN:
+        fun = of_states(fun)
     if domain is not None:
-        fun = inside_only(fun, domain, n)
-        jac = jacobian_inside(jac, domain, p) if callable(jac) else jac
-        p = p._replace(domain=domain, inside=inside_of(domain))
+        rest.append(inside_of(domain))
+        fun = inside_only(fun, domain, len(bare.y0))
+        jac = jacobian_inside(jac, domain, t0, y0) if callable(jac) else jac
     if listed is not None:
         jac = None if jac is None else jacobian_of_kept(jac, fun, listed)
         fun = kept(fun, listed)
-        p = p._replace(
-            nonnegative=listed, project=clipped(listed),
-            inside=None if p.inside is None else of_clipped(p.inside, listed),
-            events=p.events and [_of_clipped(event, listed) for event in p.events],
-        )  # fmt: skip
-    return p._replace(fun=fun, jac=jac, mode=DERIVATIVE)
+        rest = [of_clipped(each, listed) for each in rest]
+        last = [clipped(listed)]
+    if callable(jac):
+        last.append(jac)
+    return fun, rest + last
 
 
-def _of_clipped(event, listed):
-    """An Event whose functions are called with 0 for negative components among those listed."""
-    acting = event.acting(lambda act: of_clipped(act, listed))
-    return acting.like(of_clipped(event.function, listed))
+def _apart(bare, others):
+    """Functions in the order of `called_between`: of events, `domain`, [`project`], `jac`."""
+    rest = [*others]
+    jac = bare.jac
+    if jac is True or callable(jac):
+        jac = rest.pop()
+    project = [rest.pop()] if bare.project is not None else []
+    domain = rest.pop() if bare.domain is not None else None
+    return rest, domain, project, jac
 
 
 def check_start(problem):
     """Raise ValueError if a solve does not begin inside."""
     p = problem
-    if p.nonnegative is not None and (p.y0[p.nonnegative] < 0.0).any():
-        (bad,) = np.nonzero(p.nonnegative & (p.y0 < 0.0))
+    _check_start(p.domain, p.nonnegative, p.t0, p.y0, p.args)
+
+
+def start_inside(bare, others, t0, y0, args):
+    """The start of a solve, a float and an array; None where it is not inside, or is no start.
+
+    Nothing is known about `t0`, `y0` and `args`, those of a call; `bare` and `others` are as of
+    `forms`.
+    """
+    try:
+        if y0.__class__ is np.ndarray and y0.dtype.kind not in "if":
+            return None
+        t0 = float(t0)
+        y0 = np.array(y0, float)
+        _check_start(_apart(bare, others)[1], bare.nonnegative, t0, y0, args)
+    except Exception:  # whoever checks the arguments raises the same
+        return None
+    return t0, y0
+
+
+def _check_start(domain, listed, t0, y0, args):
+    lowest = 0.0
+    if listed is not None:  # the minimum of a short list takes a fifth of an array's
+        lowest = min(y0.tolist()) if y0.size < SHORT else y0.min()
+    if lowest < 0.0 and (listed & (y0 < 0.0)).any():
+        (bad,) = np.nonzero(listed & (y0 < 0.0))
         raise ValueError(
-            f"`nonnegative` lists component {bad[0]}, which `y0` begins at {p.y0[bad[0]]:g}."
+            f"`nonnegative` lists component {bad[0]}, which `y0` begins at {y0[bad[0]]:g}."
         )
-    if p.domain is None:
+    if domain is None:
         return
-    found = p.domain(p.t0, p.y0.copy(), *p.args)
-    if np.ndim(found) or not isinstance(found, bool | int | float | np.bool_ | np.number):
+    found = domain(t0, y0.copy(), *args)
+    if not isinstance(found, NUMBERS):
         raise TypeError(
             "`domain` must return True or False, or a number that is positive inside; it returned "
             f"{found!r}."
         )
-    if not found > 0:
+    # NumPy compares a bool with a number in 2 us.
+    if not (bool(found) if found.__class__ is np.bool_ else found > 0):
         raise ValueError(
-            f"`y0` lies outside of `domain`, which returned {found} at t = {p.t0:.10g}: the "
+            f"`y0` lies outside of `domain`, which returned {found} at t = {t0:.10g}: the "
             "solution has to begin inside."
         )
 

@@ -116,7 +116,9 @@ class Option(NamedTuple):
         Names in other packages.
     in_key : bool or str
         True if repeated calls are known by the value: numbers, words, lists or arrays of these.
-        "code" for functions that a solve calls as they are: calls are known by their code.
+        "code" for functions that a solve calls, as they are or by a form of its own: calls are
+        known by their code, and by a value in the place of a function.  "kinds" for values among
+        which True is not 1: calls are known by their types, too.
     """
 
     name: str
@@ -213,6 +215,7 @@ ALL_OPTIONS = (
             "solve_dde", solve_dae=JACOBIANS, solve_dae_ensemble=JACOBIANS,
             adjoint="the sweep takes the exact Jacobian, which is that of the solve without `jac`",
         ),
+        in_key="code",
     ),
     Option(
         "jac_sparsity", "array_like or sparse matrix, shape (n, n)",
@@ -326,6 +329,7 @@ ALL_OPTIONS = (
             "energy_drift", *OTHER_EQUATIONS, "complex", "SciPy",
             sensitivity=BORDER, adjoint=BORDER,
         ),
+        in_key="code",
     ),
     Option(
         "nonnegative", "", "", matlab="NonNegative",
@@ -333,6 +337,7 @@ ALL_OPTIONS = (
             "energy_drift", *OTHER_EQUATIONS, "complex", "SciPy",
             sensitivity=BORDER, adjoint=BORDER,
         ),
+        in_key="kinds",
     ),
     Option(
         "max_steps", "int",

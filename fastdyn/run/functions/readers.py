@@ -41,8 +41,6 @@ def _reader(problem, bound, fun, args):
     if bound.callback is not None:
         return reader_in_python(bound, fun, args)
     p, mode, n, varying = problem, bound.mode, bound.n, ()
-    if mode.constant:
-        return lambda fun, args, block: ()
     if mode.sensitivities:  # the trace is that of the equations without sensitivities
         mode, n, varying = p.fun.mode, p.fun.n, p.fun.positions()
     elif not made(bound.function):  # Numba's code

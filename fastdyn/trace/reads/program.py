@@ -55,6 +55,8 @@ CHECKS = {
     "and ({2} is None or {value}.strides == {2})",
     "real values": "not {value}.imag.any()",
     "content": "equal_arrays({value}, {0}, {1})",
+    "bytes": "type({value}) is ndarray and {value}.dtype == {0} and {value}.shape == {1} and "
+    "({2} is None or {value}.flags.c_contiguous == {2}) and {value}.tobytes() == {3}",
     "ascending": "({value}[1:] >= {value}[:-1]).all()",
 }
 FORMULAS = {
@@ -157,9 +159,14 @@ class _Writer:
             text = step.format(parent=self._value(row.parent), key=key, name=row.key)
             lines.append(f"{value} = {text}")
         if row.check is not None:
-            text = CHECKS[row.check]
-            parts = [*map(self._named, row.expected)] if "{0}" in text else ()
-            expected = "" if parts else self._named(row.expected)
+            check = row.check
+            given = row.expected
+            if check == "content" and given[0].size <= MOST_KEPT and given[0].dtype.kind in "biufc":
+                check = "bytes"
+                given = _as_bytes(*given)
+            text = CHECKS[check]
+            parts = [*map(self._named, given)] if "{0}" in text else ()
+            expected = "" if parts else self._named(given)
             self._demand(text.format(*parts, value=value, expected=expected), lines)
 
     def _compare_objects(self):
@@ -310,6 +317,12 @@ def equal(value, expected):
     if isinstance(value, set | frozenset):
         return {*map(repr, value)} == {*map(repr, expected)} and value == expected
     return value.__class__.__module__ in OF_LIBRARIES and repr(value) == repr(expected)
+
+
+def _as_bytes(expected, contiguous):
+    """What the check "bytes" expects: it takes a fifth of the time of "content"."""
+    order = contiguous if expected.ndim > 1 else None
+    return expected.dtype, expected.shape, order, expected.tobytes()
 
 
 def _equal_arrays(value, expected, contiguous):
