@@ -6,6 +6,7 @@ import threading
 from typing import TYPE_CHECKING, Any
 
 from fastdyn.problem import validate
+from fastdyn.problem.arguments import own
 from fastdyn.problem.members import Members
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.words.calls import shown_when_wrong
@@ -64,10 +65,13 @@ def prepare_dde(
     ... )
     >>> late(args=(0.9,)).y[0, -1], late([2.0]).y[0, -1]
     """
-    options = {"compile": "inlined", **options}
-    return PreparedDelays(Given(
-        fun, t_span, history, method, t_eval, dense_output, events, args, delays, jumps, options
-    ))  # fmt: skip
+    options = own({"compile": "inlined", **options})
+    asked = {
+        "fun": fun, "t_span": t_span, "history": history, "method": method, "t_eval": t_eval,
+        "dense_output": dense_output, "events": events, "args": args, "delays": delays,
+        "jumps": jumps,
+    }  # fmt: skip
+    return PreparedDelays(Given(**own(asked), options=options))
 
 
 class PreparedDelays:

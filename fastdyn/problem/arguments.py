@@ -87,6 +87,22 @@ def checked(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, a
     )  # fmt: skip
 
 
+def own(given):
+    """The arguments of a solver that solves later, apart from what the user changes meanwhile.
+
+    `given` has the arguments by their names.  Arrays and lists are copied, but for those in `args`,
+    which functions read at each solve as they read other values from outside.
+    """
+    return {name: value if name == "args" else _copied(value) for name, value in given.items()}
+
+
+def _copied(value):
+    if type(value) is list or type(value) is tuple:
+        return type(value)(map(_copied, value))
+    is_array = hasattr(value, "dtype") and hasattr(value, "copy") and not callable(value)
+    return value.copy() if is_array else value
+
+
 EXCHANGED = "Are they exchanged? The order is fun, t_span, y0; times of output are `t_eval`."
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from fastdyn.compile.sentences import Uncompilable, name_of
 from fastdyn.plot.displayed import table
 from fastdyn.problem import validate
-from fastdyn.problem.arguments import checked, compiled_method, refuse
+from fastdyn.problem.arguments import checked, compiled_method, own, refuse
 from fastdyn.problem.discrete import longer as with_discrete_states
 from fastdyn.problem.domains.options import start_inside
 from fastdyn.problem.events import called_between
@@ -68,7 +68,7 @@ def prepare(
     ----------
     fun, t_span, method, t_eval, dense_output, events
         As in `solve_ivp`; methods are fastdyn's own. A solve may have another `t_span`, and, with
-        `t_eval`, as many other times.
+        `t_eval`, as many other times.  Arrays and lists are copied, apart from those in `args`.
     y0 : array_like, shape (n,)
     args : tuple, optional
         Default initial state and arguments of the solves.
@@ -90,14 +90,17 @@ def prepare(
     >>> shot = prepare(lambda t, y, g: [y[1], -g], (0, 1), [0, 5], args=(9.81,))
     >>> shot([0, 6]).y[0, -1], shot(args=(1.62,)).y[0, -1]
     """
-    given: Any = {
-        "fun": fun, "t_span": t_span, "y0": y0, "method": method, "t_eval": t_eval,
-        "dense_output": dense_output, "events": events, "args": args, **options,
-    }  # fmt: skip
     refuse("prepare", options)
     refuse_unknown("a prepared solver", options, OPTIONS, ARGUMENTS)
-    options = {"compile": "inlined", **options}
-    asked = checked(fun, t_span, y0, method, t_eval, dense_output, events, False, args, options)
+    given: Any = own({
+        "fun": fun, "t_span": t_span, "y0": y0, "method": method, "t_eval": t_eval,
+        "dense_output": dense_output, "events": events, "args": args, **options,
+    })  # fmt: skip
+    options = {"compile": "inlined", **{name: given[name] for name in options}}
+    asked = checked(
+        fun, given["t_span"], given["y0"], method, given["t_eval"], dense_output, given["events"],
+        False, args, options,
+    )  # fmt: skip
     validate.function(fun)
     if asked.discrete is None:
         return _prepared(asked, given)

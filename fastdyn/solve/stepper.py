@@ -9,7 +9,7 @@ from fastdyn.compile.bind import leave_to_python, or_in_python
 from fastdyn.compile.sentences import GaveUp
 from fastdyn.kernels.state.record import EVENT, FINISHED, RUNNING, STEP_TOO_SMALL, Y
 from fastdyn.problem import validate
-from fastdyn.problem.arguments import checked, compiled_method, refuse
+from fastdyn.problem.arguments import checked, compiled_method, own, refuse
 from fastdyn.problem.discrete import longer
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.names import ARGUMENTS
@@ -111,10 +111,12 @@ class Stepper(OdeSolver):
             )
         for name, value in (("t0", t0), ("t_bound", t_bound)):
             kinds.number(name, value)
-        given = {"vectorized": vectorized, "method": method, "args": args, **options}
+        given: Any = {"y0": y0, "vectorized": vectorized, "method": method, "args": args}
+        given = own({**given, **options})
+        y0 = given.pop("y0")
         self._given = (fun, t0, y0, t_bound), given
         refuse("Stepper", options)
-        options = {"max_steps": ENDLESS, **options}
+        options = {"max_steps": ENDLESS, **{name: given[name] for name in options}}
         events = options.pop("events", None)
         self._watches = events is not None or any(options.get(name) is not None for name in WATCHED)
         asked = checked(

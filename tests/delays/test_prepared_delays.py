@@ -175,3 +175,17 @@ def test_between_calls_nothing_of_the_user_is_held():
         assert e.fun is e.problem.fun is e.run.problem.fun is e.run.memory is None
         assert e.history._function is not history
         assert all(bound.held.fun is None for bound in e.run.bounds)
+
+
+def test_arrays_and_lists_belong_to_the_solver():
+    history, times, atol = [1.0, 0.0], np.array([1.0, 2.5, 4.0]), np.array([1e-7, 1e-8])
+    given = {"args": (1.1, 0.4), "t_eval": times, "rtol": 1e-7, "atol": atol}
+    solver = prepare_dde(late, (0, 5), history, **given)
+    calls = {}, {"history": moving}, {"history": [0.3, -1.0]}, {}
+    before = [solver(**call) for call in calls]
+    history[0] = 7.0
+    times[1] = 2.0
+    atol[:] = 0.1
+    for mine in (solver, pickle.loads(pickle.dumps(solver))):
+        for call, expected in zip(calls, before, strict=True):
+            same(mine(**call), expected)

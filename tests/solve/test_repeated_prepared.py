@@ -7,6 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
+from fastdyn import prepare
 from support.repeated import (
     METHODS,
     START,
@@ -139,3 +140,35 @@ def test_a_copy_has_runs_of_its_own():
     copied = pickle.loads(pickle.dumps(mine))
     assert_same(mine(), warm(copied))
     assert is_plain(copied)
+
+
+OWN = {  # an argument of `prepare`, others, and what the array or list has later
+    "atol": (np.array([1e-6, 1e-8]), {}, 1e-2), "rtol": ([1e-6, 1e-8], {}, 1e-1),
+    "t_eval": (np.array([0.25, 0.5, 1.0]), {}, 0.3), "y0": (START.copy(), {}, 2.0),
+    "t_span": ([0.0, 1.0], {}, 0.5), "breakpoints": (np.array([0.5]), {"method": "Tsit5"}, 0.4),
+    "mass": (np.array([[1.0, 0.0], [0.5, 2.0]]), {"method": "Radau"}, [3.0, 1.0]),
+    "sensitivity": (["y0"], {}, "args"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_arrays_and_lists_belong_to_the_solver(name):
+    """Also where a solve goes the long way, has another span, or is that of a copy."""
+    value, others, later = OWN[name]
+    value = pickle.loads(pickle.dumps(value))
+    given = {"t_span": (0.0, 1.0), "y0": START, "args": (0.1,), **others, name: value}
+    solver = prepare(pendulum, compile="shared", **given)
+    calls = [{}, {"y0": [np.float32(0.5), 0.25]}, {"args": (np.array(0.1),)}, {}]
+    if name != "breakpoints":
+        calls.append({"t_span": (0.0, 1.5)})
+    before = [solver(**call) for call in calls]
+    value[0] = later
+    for mine in (solver, pickle.loads(pickle.dumps(solver))):
+        for call, expected in zip(calls, before, strict=True):
+            assert_same_outputs(mine(**call), expected)
+
+
+def assert_same_outputs(found, expected):
+    np.testing.assert_array_equal(found.t, expected.t)
+    np.testing.assert_array_equal(found.y, expected.y)
+    assert found.get("sensitivity", {}).keys() == expected.get("sensitivity", {}).keys()

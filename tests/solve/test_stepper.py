@@ -329,3 +329,15 @@ def test_the_discrete_states_stay_where_a_constant_step_leads_beyond_the_end(met
     run = solve_ivp(fun, (0.0, end), [1.0], method, **given)
     assert np.array_equal(steps.discrete, run.discrete[:, -1])
     assert np.array_equal(steps.y, run.y[:, -1])
+
+
+def test_tolerances_belong_to_the_stepper():
+    atol, start = np.array([1e-6, 1e-9]), np.array(START)
+    one = Stepper(pendulum, 0.0, start, 5.0, atol=atol)
+    other = Stepper(pendulum, 0.0, START, 5.0, atol=[1e-6, 1e-9])
+    atol[:] = 0.1
+    start[:] = 9.0
+    one = copy.deepcopy(one)
+    for stepper in (one, other):
+        stepper.args = (9.0,)  # which checks the tolerances anew
+    assert np.array_equal(steps_of(one)[1], steps_of(other)[1])
