@@ -85,7 +85,7 @@ class ReadyRun:
 
     __slots__ = (
         "_check", "_finish", "_image", "_launch", "_left", "_limited", "_make", "_n", "_n_left",
-        "_own", "_pack_times", "_quick", "_readers", "_result", "_seen", "_sides",
+        "_own", "_pack_times", "_quick", "_readers", "_result", "_seen", "_segments", "_sides",
         "_span", "_step", "_switched", "_t_eval", "_times", "_until_look", "first", "go",
         "in_python", "is_traced", "last", "left", "problem", "room", "run", "sizes", "span",
         "state_sizes",
@@ -113,7 +113,8 @@ class ReadyRun:
             self._pack_times = struct.Struct(f"{len(self._t_eval)}d").pack
         self.span: Any = None
         self._span = problem.t0, problem.tf, problem.h, problem.h_max
-        self._switched: Any = None  # the key of the switching times that the image has
+        self._switched: Any = None  # the segments that the image has, after switching times
+        self._segments: Any = None  # those of the last solve, also where the image has none
         self.sizes: Any = None  # of the values of sensitivities, whose tolerances the image has
         self._times = b""
         equations = run.bounds[0].function
@@ -295,6 +296,7 @@ class ReadyRun:
         t0, tf, h, h_max = self._span
         asked = self.problem.segments
         found = self.run.switching.segments(given, self.room, t0, tf, h_max, asked)
+        self._segments = found
         if found is not self._switched:
             segments, h_max = self._switched = found
             self.run.lay_segments(segments)
@@ -341,6 +343,7 @@ class ReadyRun:
             table["unit"] = unit_of_times(p.events_as_scipy, t0, tf)
         self.span, self._times, self._span = t_span, b"", (float(t0), float(tf), h, h_max)
         self._switched = None
+        self._segments = None
         return True
 
     def take_times(self, t_eval):
@@ -388,9 +391,9 @@ class ReadyRun:
         fill_atol(self._image, self.run.plan, atol)
 
     def taken(self):
-        """The span, the step sizes, segments and times of output that the next solve has."""
+        """The span, the step sizes, segments and times of output of the last solve begun."""
         (t0, tf, h, h_max), times = self._span, self._t_eval
-        segments, h_max = self._switched or (self.problem.segments, h_max)
+        segments, h_max = self._segments or (self.problem.segments, h_max)
         return {
             "t0": t0, "tf": tf, "h": h, "h_max": h_max, "segments": segments,
             "t_eval": None if times is None else times.astype(self.problem.t_eval.dtype),

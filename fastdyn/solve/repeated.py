@@ -295,7 +295,7 @@ class WithSensitivities(Repeated):
                     value = value.ravel().tolist()
                 values = value if d.value.ndim else (value,)
                 sizes += [1.0 if -1.0 <= v <= 1.0 else abs(float(v)) for v in values]
-        except (TypeError, ValueError, OverflowError):
+        except (IndexError, TypeError, ValueError, OverflowError):
             return False
         if sizes != ready.sizes:
             if len(sizes) != self._m:

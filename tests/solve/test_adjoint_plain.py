@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fastdyn import solve_ivp
+from fastdyn import prepare, solve_ivp
 from fastdyn.solve.adjoint.plain import PlainVjp
 from support.discrete_solution import flat
 from support.repeated import plain
@@ -154,3 +154,34 @@ def test_what_is_wrong_is_told_as_by_first_calls():
             r.vjp(g)
     assert not hasattr(r.vjp, "other") and "2 outputs by 'y0', 'k'" in repr(r.vjp)
     assert np.isclose(r.vjp(np.ones((1, 2)), t_events=[])["y0"][0], np.exp(3.5) + np.exp(7.0))
+
+
+@pytest.mark.parametrize("method", ["Vern7", "Rodas5P"])
+def test_solves_that_are_compared_have_the_segments_of_others(method):
+    """The run of a solve that is compared, the fourth say, is laid out anew before its sweep."""
+    drag = [1.0, 2.0]
+
+    def fun(t, y):
+        return [y[1], -2.0 * y[0] - drag[min(int(2.0 * t), 1)] * y[1]]
+
+    found = [
+        solve_ivp(fun, (0.0, 1.0), [0.5, 0.25], method, adjoint="y0", rtol=1e-6, atol=1e-8)
+        for _ in range(9)
+    ]
+    expected = found[0].vjp(np.ones(found[0].y.shape))["y0"]
+    for each in found:
+        gradient = each.vjp(np.ones(each.y.shape))["y0"]
+        np.testing.assert_allclose(gradient, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("option", ["adjoint", "sensitivity"])
+def test_an_argument_that_is_not_given_is_told_in_each_call(option):
+    def fun(t, y, k=1.0):
+        return [-k * y[0]]
+
+    for _ in range(4):
+        assert solve_ivp(fun, (0.0, 1.0), [1.0], args=(2.0,), **{option: "k"}).success
+    solver = prepare(fun, (0.0, 1.0), [1.0], args=(2.0,), **{option: "k"})
+    for _ in range(3):
+        with pytest.raises(ValueError, match="k"):
+            solver(args=())

@@ -134,6 +134,8 @@ class Again:
     def suits(self, args):
         """Whether arguments have the shapes of the directions."""
         for i, shape in self._shapes:
+            if i >= len(args):
+                return False
             value = args[i]
             if (() if value.__class__ is float else np.shape(value)) != shape:
                 return False
