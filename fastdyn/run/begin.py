@@ -7,6 +7,7 @@ import numpy as np
 
 from fastdyn.code_store.call import address_of
 from fastdyn.compile.derivatives.jacobian_block import exact_block
+from fastdyn.compile.derivatives.phases import phases
 from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.kernels.output.arguments import (
     COUNTS,
@@ -94,6 +95,9 @@ def event_table(problem, others, order=None) -> Any:
     for row, event in zip(table, events, strict=True):
         row["jump"] = 0 if event.act is None else next(blocks)
         row["inside"] = COUNTS if counts_inside(method, event) else KEEPS
+    for row, bound in zip(table, others, strict=False):
+        for name, value in phases(bound.function).fields.items():
+            row[name] = value
     if not events:
         return table
     table["unit"] = unit_of_times(problem.events_as_scipy, problem.t0, problem.tf)

@@ -19,7 +19,7 @@ def checkpoint_of(problem, bounds):
     return Checkpoint(problem.checkpoint, header)
 
 
-HERE = ["block", "jump", "series", "find"]  # fields of an event that are addresses
+HERE = ["block", "jump", "series", "phases", "find"]  # fields of an event that are addresses
 OF_SCHEDULE = ["jump", "times"]
 
 

@@ -24,6 +24,7 @@ from .signatures import ADVANCE_VECTORS
 from .vector_rhs import named, number, right_hand_side
 
 JACOBIAN = "fastdyn_jacobian"  # symbol of the Jacobian's code
+PHASES = "fastdyn_phases"  # of the phases of an event, with the event's number
 
 
 class Kernel(NamedTuple):
@@ -61,13 +62,17 @@ def _in_turn(each, functions, row, n_rows=1):
     return together
 
 
-def _watched(functions, inside):
+def _watched(functions, inside, fast):
     """The function that tells in which lanes an event may have occurred; None without functions.
 
-    `inside` has, for each function, whether its crossings within a step count.
+    `inside` has, for each function, whether its crossings within a step count; `fast` the function
+    of its phases, and their kinds, or None.
     """
     crossed = events_and_folds.crossed, events_and_folds.crossed_inside
-    return _in_turn([crossed[each] for each in inside], functions, N_FIELDS, 2)
+    each = [crossed[one] for one in inside]
+    each = [one if of is None else events_and_folds.or_fast(one, *of)
+            for one, of in zip(each, fast, strict=True)]  # fmt: skip
+    return _in_turn(each, functions, N_FIELDS, 2)
 
 
 def _with_another(before, one, function, row):
@@ -84,6 +89,14 @@ def _with_another(before, one, function, row):
         return others | last(form, t, y, lanes_in, block, many)
 
     return together
+
+
+def _fast(i, kinds, skip):
+    """The phases of event i, whose parameters begin behind `skip` words, as `_watched` takes."""
+    n_periodic, n_transitions, _ = kinds
+    n_phases = sum(kinds)
+    function = number(named(f"{PHASES}{i}", n_phases), skip)
+    return function, n_periodic + n_transitions, n_periodic, n_phases
 
 
 def _check_elimination(jacobian, n, mass):
@@ -153,11 +166,17 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
     if METHODS[name].n_matrices:
         derived = forms[0].jacobian(METHODS[name].by_time)
         _check_elimination(derived[0], n, mass)
+    found = [form.phases() for form in forms[1 : 1 + len(events)]]
+    kinds = [each[1:] if one and of else None
+             for one, (each, of) in zip(inside, found, strict=True)]  # fmt: skip
     keys = [form.key for form in forms]
     key = f"lanes {name} {n} {width()} {extrema} {inside} {mass} {keys}"
     sizes = [form.n_words for form in forms]
     symbols = [f"{FUNCTION}{i}" for i in range(len(forms))]
     texts = {symbol: form.text for symbol, form in zip(symbols, forms, strict=True)}
+    for i, (_, text) in enumerate(found):
+        if kinds[i]:
+            texts[f"{PHASES}{i}"] = text
     shapes, structure = ([f.n_results for f in forms], sizes[:-1]), None
     if derived is not None:
         jacobian, texts[JACOBIAN] = derived
@@ -170,7 +189,8 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
     def build():
         user, *others = [named(s, form.n_results) for s, form in zip(symbols, forms, strict=True)]
         numbers = [number(f, sum(sizes[: i + 1])) for i, f in enumerate(others)]
-        watched = _watched(numbers[: len(events)], inside)
+        fast = [of and _fast(i, of, sum(sizes[: i + 1])) for i, of in enumerate(kinds)]
+        watched = _watched(numbers[: len(events)], inside, fast)
         summed = numbers[len(events) :]
         accumulated = _in_turn([_accumulate] * len(summed), summed, N_FIELDS + 2 * len(events))
         given = [extrema or None, watched, accumulated]
@@ -179,7 +199,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
         kernel = method.lane_kernel(right_hand_side(user), Form(n, width()), *given)
         return kernel, ADVANCE_VECTORS
 
-    place = f"waits {name} {n} {width()} {extrema} {inside} {shapes} {structure}"
+    place = f"waits {name} {n} {width()} {extrema} {inside} {kinds} {shapes} {structure}"
     compiled = linked(key, place, texts, build, module_of(METHODS[name]), "specialise.vector")
     keepalive, parameters = [compiled, forms], [form.parameters for form in forms]
     watches, accumulates = bool(events), bool(folds)

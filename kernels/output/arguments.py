@@ -94,7 +94,7 @@ class Output(NamedTuple):
 MOST_TERMS = 34  # most coefficients of the series of an event
 MOST_ROOTS = 256  # most roots of the series of one event in a step
 PARTS = 8  # of a step, at whose borders an event function is evaluated
-MOST_INSIDE = 2 * PARTS  # most occurrences of an event in a step, by its signs
+MOST_INSIDE = MOST_ROOTS  # most occurrences of an event in a step, by its signs
 
 # What tells an event function between the ends of a step: the interpolant; the slopes at both ends,
 # rows K and K + fsal_stage; a series of any event.
@@ -104,6 +104,9 @@ INTERPOLATED, SLOPES, SERIES = range(3)
 # the first two that do not count are noted, to be told.
 KEEPS, COUNTS, TELLS = range(3)
 
+# Of `parts`: the phases are read if the values come near zero; they are read, whatever the values.
+WHOLE_STEP, ASKS, IN_PARTS = range(3)
+
 TOLERANCE = 4 * 2.220446049250313e-16  # of a root, as in SciPy: of the unit of time, and relative
 
 # One record for each event function.
@@ -112,6 +115,11 @@ EVENTS = np.dtype(
         ("block", "i8"),  # address of the function's block
         ("jump", "i8"),  # address of the block of the function that changes the state, or 0
         ("series", "i8"),  # address of the kernel of its series, see all_roots.py, or 0
+        ("phases", "i8"),  # address of the function of its phases, see phases.py, or 0
+        ("n_periodic", "i8"),  # phases by kind
+        ("n_transitions", "i8"),
+        ("n_divisors", "i8"),
+        ("parts", "i8"),  # whether this step is looked at in parts: WHOLE_STEP, ASKS or IN_PARTS
         (
             "find",
             "i8",
@@ -124,7 +132,8 @@ EVENTS = np.dtype(
         ("bend", "f8"),  # the largest second difference in a step of late, see `may_turn`
         ("slope", "f8"),  # mean slope of the step before; NaN at the start
         ("length", "f8"),  # length of the step before
-        ("lost", "f8"),  # with TELLS: the first crossing that was lost; NaN before
+        ("fine", "f8"),  # length of the parts in which a function without phases turns; inf before
+        ("lost", "f8"),  # the first crossing that was lost; NaN before
         ("lost_next", "f8"),  # the next crossing within the same step
         ("g", "f8"),  # value at the last step
         ("g_new", "f8"),

@@ -10,13 +10,12 @@ asks for the number.
 
 import numpy as np
 
-from ..calls.block import MASS
-from ..calls.consistent import made_consistent
 from ..calls.user_function import evaluate
 from ..jit.options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, Y
 from ..state.rows import copy_row
-from .brent import crossing, crossing_from_zero, edge, resolution, takes_edges
+from .arguments import IN_PARTS
+from .brent import crossing, crossing_from_zero, edge, resolution, takes_edges, value
 from .dense_output import polynomial
 from .meetings import (
     APART,
@@ -56,8 +55,14 @@ def accept(events):
     """Let the next step begin with the values at the end of this step."""
     for i in range(len(events)):
         e = events[i]
-        e.begins = STAYS if _stays(e) else PLAIN
-        e.g = e.g_new
+        begin_behind(e)
+
+
+@njit(**INLINED)
+def begin_behind(e):
+    """Let the next step, or part of a step, begin with the value at the end of this one."""
+    e.begins = STAYS if _stays(e) else PLAIN
+    e.g = e.g_new
 
 
 @njit(**INLINED)
@@ -77,6 +82,7 @@ def open_events(events, t, y, scratch):
         e.begins = PLAIN
         e.count = 0
         e.bend = 0.0
+        e.fine = np.inf
         e.slope = e.lost = e.lost_next = np.nan
         e.t_jump = np.nan
         e.t_last = e.last
@@ -116,13 +122,13 @@ def rests(e, g):
 
 
 @njit(**INLINED)
-def is_contact(e, root, t_old):
+def is_contact(e, root, t_from):
     """True if an event that changes the state leaves a zero by itself, without a direction.
 
-    The zero is at the start of a step, and has not just counted.
+    The zero is at the start t_from of a step, or of a part, and has not just counted.
     """
     begins = e.jump != 0 and e.begins == PLAIN and e.g == 0.0
-    return begins and e.direction == 0.0 and root == t_old
+    return begins and e.direction == 0.0 and root == t_from
 
 
 @njit(**INTERNAL)
@@ -140,14 +146,14 @@ def never_ends(e, t):
 
 @njit(**INTERNAL)
 def root_in(e, d, t_from, t, t_old, h, scratch):
-    """The time in a step at which an active event occurs."""
+    """The time from t_from on in a step at which an active event occurs."""
     if takes_edges(e) and e.g == 0.0 and e.begins != TOUCHES:
-        return edge(e, d, t_old, t, t_old, h, scratch[0], scratch[1])
+        return edge(e, d, t_from, t, t_old, h, scratch[0], scratch[1])
     if e.begins == PLAIN:
         return crossing(e, d, t_from, t, t_old, h, scratch[0], scratch[1])
     if e.begins == TOUCHES or e.g == 0.0:
-        return t_old
-    return crossing_from_zero(e, d, t_old, t, t_old, h, scratch[0], scratch[1])
+        return t_from
+    return crossing_from_zero(e, d, t_from, t, t_old, h, scratch[0], scratch[1])
 
 
 @njit(**INTERNAL)
@@ -287,6 +293,10 @@ def _meet(events, first, n, end, d, s, scratch):
                 e.noise = 0.0
             else:
                 e.noise = e.size * (ROUNDING + near(t, e.unit) / abs(h)) + APART * abs(e.g_new)
+                if e.parts == IN_PARTS:  # the function changes faster than `size` in a step
+                    before = t - s.direction * near(t, e.unit)
+                    moved = value(e.block, d, s.t_old, h, before, scratch[0], scratch[1])
+                    e.noise += abs(moved - e.g_new)
             if k >= n:
                 e.active = 1
                 e.root = t
@@ -340,42 +350,6 @@ def _count_met(events, first, n, cut):
         if abs(events.t[k] - t) <= near(t, table[cut].unit):
             table[events.index[k]].active = 1
     return n
-
-
-@njit(**INTERNAL)
-def note_border(solve, output, events, scratch, meets, end):
-    """Note the events whose functions cross zero at the breakpoint at which a step ends.
-
-    The functions may jump there: g_new becomes the value behind.  Notes that cannot be told from
-    the breakpoint are at the breakpoint.  Returns the new end of the notes, or FAILED.
-    """
-    o = output.record[0]
-    t = output.segments[o.i_segment, 2]
-    behind = output.segments[o.i_segment + 1, 0]
-    y = scratch[0]
-    copy_row(solve.work[Y], y)
-    if solve.block[MASS] != 0 and not made_consistent(solve.block[MASS], behind, y):
-        return FAILED
-    noted = end
-    for k in range(o.n_events, noted):
-        if abs(events.t[k] - t) <= max(meets, abs(behind - t)):
-            events.t[k] = t
-    for i in range(len(events.table)):
-        e = events.table[i]
-        if not evaluate(e.block, behind, y, scratch[1]):
-            return FAILED
-        change = scratch[1, 0] - e.g_new
-        crosses = e.g_new < 0.0 < scratch[1, 0] or e.g_new > 0.0 > scratch[1, 0]
-        crosses = crosses and change * e.direction >= 0.0
-        for k in range(o.n_events, noted):
-            crosses = crosses and not (events.index[k] == i and events.t[k] == t)
-        if crosses:
-            e.size = max(e.size, abs(change))
-            events.index[end] = i
-            events.t[end] = t
-            end += 1
-        e.g_new = scratch[1, 0]
-    return end
 
 
 @njit(**INLINED)

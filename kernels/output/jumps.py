@@ -25,6 +25,7 @@ from .dense_output import polynomial
 from .events import LEAVES, PENDING, PLAIN, SIGN, STAYS, TOUCHES, evaluate_all
 from .projection import derive, project_row
 from .segments import ends_segment, next_segment
+from .series_roots.phases import slow_step
 
 AHEAD = 1e-3  # share of the last step behind a jump, where the sign of a zero function is found
 
@@ -164,7 +165,11 @@ def watch_from(kernels, solve, table, scratch, h):
             return RAISED
     step = 0.0
     if len(table) > 0:
-        step = s.direction * max(AHEAD * abs(h), 4.0 * resolution(s.t, table[0].unit))
+        least = 4.0 * resolution(s.t, table[0].unit)
+        step = s.direction * max(AHEAD * abs(h), least)
+        for i in range(len(table)):
+            if table[i].t_jump == s.t or table[i].active:
+                step = slow_step(table[i], s.t, step, least, y, rate, scratch[0])
     for i in range(len(y)):
         scratch[0, i] = y[i] + step * rate[i]
     for i in range(len(table)):

@@ -11,6 +11,7 @@ from ..parameters import n_words
 from ..traced.known import Attempt
 from ..traced.make import traced_function
 from .jacobian import jacobian
+from .phases import phases
 
 
 class VectorForm(NamedTuple):
@@ -19,8 +20,8 @@ class VectorForm(NamedTuple):
     `parameters` has a (type, value) for each parameter.  ``text(symbol)`` is the LLVM text of the
     function on vectors, with `n_results` vectors; None stands for a single vector.
     ``series(order)`` makes the Taylor kernel on vectors, ``jacobian(time)`` the Jacobian and its
-    text.  `raises` tells whether the function may raise; in lanes where the function raises, the
-    form on vectors returns NaN.
+    text, ``phases()`` the Phases and their text.  `raises` tells whether the function may raise;
+    in lanes where the function raises, the form on vectors returns NaN.
     """
 
     key: str
@@ -30,6 +31,7 @@ class VectorForm(NamedTuple):
     n_results: int | None
     series: Any
     jacobian: Any
+    phases: Any
     raises: bool
 
 
@@ -54,8 +56,23 @@ def vector_form(fun, args, varying, mode, n, near, width):
     derive = functools.partial(_jacobian, function, given)
     raises = function.traced.trace.raising is not function.traced.trace.graph.false
     return VectorForm(
-        f"{function.key} {kinds}", parameters, n_all, text, n_results, series, derive, raises
+        f"{function.key} {kinds}",
+        parameters,
+        n_all,
+        text,
+        n_results,
+        series,
+        derive,
+        functools.partial(_phases, function, given),
+        raises,
     )
+
+
+def _phases(function, given):
+    """The `derivatives.phases.Phases` of a function, and their text on vectors by symbol."""
+    found = phases(function)
+    of = found.function
+    return found, of and functools.partial(of.traced.vector_text, **given)
 
 
 def _jacobian(function, given, time):

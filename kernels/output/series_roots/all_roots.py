@@ -21,7 +21,7 @@ import numpy as np
 from ...calls.calling_convention import invoke
 from ...jit.options import INTERNAL, njit
 from ...state.rows import rows_on_stack, slot
-from ..arguments import MOST_ROOTS, MOST_TERMS
+from ..arguments import IN_PARTS, MOST_ROOTS, MOST_TERMS, WHOLE_STEP
 from ..brent import value
 from ..dense_output import interpolate, polynomial
 from ..events import (
@@ -35,7 +35,6 @@ from ..events import (
     evaluate_end,
     is_contact,
     note,
-    note_border,
     settle,
 )
 from ..meetings import (
@@ -45,9 +44,11 @@ from ..meetings import (
     distance_to_meet,
 )
 from ..segments import is_border
+from .at_border import note_border
 from .bernstein import WIDTH
 from .inside import note_inside
 from .look import may_turn, second_difference
+from .phases import is_fast
 from .polynomial_roots import GIVEN, PLACES, ROWS, TURNS, polynomial_roots
 from .roots_in_parts import agrees, roots_in_parts
 
@@ -65,7 +66,10 @@ def find_all(kernels, solve, output, events, scratch, t, reached, ready, d):
         return FAILED
     at_border = is_border(s, o, output.segments)
     meets = distance_to_meet(s, o, output.segments, events, t)
-    end, by_sign = _note_series(solve, o, events, t, meets, scratch)
+    if not ready and _have_phases(table):
+        interpolate(kernels, solve, d)
+        ready = 1
+    end, by_sign = _note_series(solve, o, events, d, t, meets, scratch)
     if end == first and not (by_sign or at_border) and meets == NEVER:
         accept(table)
         return NONE
@@ -109,7 +113,15 @@ def _note_met(s, events, d, t, meets, first, end, scratch):
 
 
 @njit(**INTERNAL)
-def _note_series(solve, o, events, t, meets, scratch):
+def _have_phases(table):
+    for i in range(len(table)):
+        if table[i].phases != 0:
+            return True
+    return False
+
+
+@njit(**INTERNAL)
+def _note_series(solve, o, events, d, t, meets, scratch):
     """Note the roots of all series; return the end of the notes, and whether other events act."""
     s = solve.state[0]
     room = rows_on_stack(ROWS, WIDTH)
@@ -121,7 +133,12 @@ def _note_series(solve, o, events, t, meets, scratch):
         n = -1
         first = 0.0
         e.active = 0
-        if e.series != 0:
+        e.parts = WHOLE_STEP
+        if e.phases != 0:
+            polynomial(d, 0.5 * (t - s.t_old) / (s.t - s.t_old), scratch[0])
+            if is_fast(solve, e, t, False, d, scratch[0], scratch[1]):
+                e.parts = IN_PARTS
+        if e.series != 0 and e.parts == WHOLE_STEP:
             n, first = _roots(e, solve, t, room, kept, scratch)
         if n < 0:
             e.active = 1
@@ -204,6 +221,9 @@ def _note_others(solve, o, events, d, t, meets, end, scratch):
         if e.active:
             e.active = 0
             e.within = e.inside
+            if e.parts == IN_PARTS:
+                end = note_inside(solve, o, events, i, d, t, meets, end, scratch)
+                continue
             g = value(e.block, d, s.t_old, h, middle, scratch[0], scratch[1])
             bend = second_difference(e.g, g, e.g_new)
             if may_turn(e.g, g, e.g_new, bend) or changes_sign(e):

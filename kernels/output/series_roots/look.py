@@ -1,18 +1,20 @@
 """Where a step may have an event: its function has changed its sign, or may have, twice.
 
 The functions are evaluated at the end of each step, and in its middle if the values at the ends of
-the last two steps come near zero, compared with their second difference.
+the last two steps come near zero, compared with their second difference.  The phases of functions
+that may be faster than the solution are read in each step (`phases.py`).
 """
 
 from ...calls.block import MASS, RAISED_WORD
 from ...calls.user_function import evaluate, words_at
 from ...jit.options import INLINED, INTERNAL, njit
 from ...state.record import Y_OLD, K, Y
-from ..arguments import COUNTS, KEEPS, SERIES, SLOPES
+from ..arguments import ASKS, COUNTS, IN_PARTS, KEEPS, SERIES, SLOPES, TELLS, WHOLE_STEP
 from ..dense_output import interpolate, polynomial
 from ..events import FAILED, NONE, accept, evaluate_end, find_active
 from ..meetings import NEVER, distance_to_meet
 from ..segments import is_border
+from .phases import is_fast
 
 BUSY = -4  # an event may have occurred
 # Share of the second difference within which a function comes near zero.  A sine of a period a step
@@ -58,13 +60,14 @@ def find_doubtful(table, h):
     """Mark the events whose middle is to be looked at in a step of length h; their number.
 
     Their values at the ends of this step and the last come near zero, or change sign slowly,
-    compared with `bend`.
+    compared with `bend`; or they have phases.
     """
     n = 0
     for i in range(len(table)):
         e = table[i]
         e.within = KEEPS
-        if e.inside == KEEPS or e.lost == e.lost:  # or it is known that crossings are lost
+        e.parts = WHOLE_STEP
+        if e.inside == KEEPS or (e.inside == TELLS and e.lost == e.lost):  # known to be lost
             continue
         rise = e.g_new - e.g
         length = abs(h)
@@ -76,8 +79,10 @@ def find_doubtful(table, h):
             clear = min(abs(e.g), abs(e.g_new)) > FAR * e.bend
         else:  # zeros over an interval have two ends
             clear = e.jump == 0 and e.g * e.g_new < 0.0 and is_steep(e)
-        if not (clear and change == change):
+        doubtful = not (clear and change == change) or e.fine < length
+        if doubtful or e.phases != 0:
             e.within = e.inside
+            e.parts = WHOLE_STEP if doubtful else ASKS
             n += 1
     return n
 
@@ -113,7 +118,14 @@ def find_turning(kernels, solve, table, t, reached, ready, d, scratch):
         e = table[i]
         if e.within == KEEPS:
             continue
-        if not evaluate(e.block, t_middle, y, scratch[1]):
+        if e.phases != 0 and is_fast(solve, e, t, reached, d, y, scratch[1]):
+            e.parts = IN_PARTS
+        elif e.parts == ASKS:
+            e.within = KEEPS
+            continue
+        elif e.fine < abs(t - s.t_old):
+            pass
+        elif not evaluate(e.block, t_middle, y, scratch[1]):
             words_at(e.block)[RAISED_WORD] = 0  # the state is an estimate: the interpolant decides
         elif not _turns(e, scratch[1, 0]):
             e.within = KEEPS
