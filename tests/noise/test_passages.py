@@ -9,6 +9,27 @@ from fastdyn import solve_langevin, solve_sde
 N = 100_000
 
 
+# Tests share these functions, and so their kernels: a kernel with passages takes 2 to 5 s of LLVM.
+
+
+def moving(drift=0.0):
+    return lambda t, y: drift + 0.0 * y
+
+
+def ends(g):
+    g.terminal = True
+    return g
+
+
+def level(a, direction=None):
+    def passed(t, y):
+        return y[0] - a
+
+    if direction is not None:
+        passed.direction = direction
+    return passed
+
+
 def passage_law(t, distance, drift, sigma):
     """The share of paths of drift t + sigma W that pass `distance` by time t."""
     root = sigma * np.sqrt(t)
@@ -21,9 +42,8 @@ def passage_law(t, distance, drift, sigma):
 def test_times_of_passage_have_the_exact_law(step, drift, sigma):
     """Kolmogorov's distance at chance 1e-6: sqrt(log(2e6) / 2 / N)."""
     found = solve_sde(
-        lambda t, y: drift + 0.0 * y, sigma, (0, 2), [0.0], step=step, paths=N, rng=1,
-        events=lambda t, y: y[0] - 1.0,
-    )  # fmt: skip
+        moving(drift), sigma, (0, 2), [0.0], step=step, paths=N, rng=1, events=level(1.0)
+    )
     times = np.sort(found.t_events[0])
     n = int(np.isfinite(times).sum())
     law = passage_law(times[:n], 1.0, drift, sigma)
@@ -44,35 +64,26 @@ def test_two_sources_add_their_variances():
 
 
 def test_directions_and_terminal_events():
-    def falls(t, y):
-        return y[0] - 0.5
-
-    falls.direction, falls.terminal = -1, True
-
-    def rises(t, y):
-        return y[0] - 1.5
-
-    rises.direction = 1
+    falls = ends(level(0.5, -1))
+    rises = level(1.5, 1)
     found = solve_sde(
-        lambda t, y: 0.0 * y, 1.0, (0, 1), [1.0], step=1 / 32, paths=2000, rng=3,
-        events=[falls, rises], t_eval=np.arange(33) / 32,
+        moving(), 1.0, (0, 1), [1.0], step=1 / 32, paths=2000, rng=3,
+        events=[falls, ends(level(99.0)), rises], t_eval=np.arange(33) / 32,
     )  # fmt: skip
-    ended, _ = found.t_events
+    ended, never, _ = found.t_events
+    assert np.isnan(never).all()
     for path in range(2000):
         if np.isnan(ended[path]):
             continue
         done = int(np.ceil(ended[path] * 32))
         assert (found.y[path, 0, done:] == found.y_end[path, 0]).all()
-        assert (found.t_events[1, path] > ended[path]) == False  # noqa: E712  # NaN is no time
+        assert (found.t_events[2, path] > ended[path]) == False  # noqa: E712  # NaN is no time
     below = found.y[:, 0] <= 0.5  # every state beyond the barrier was noticed
     assert np.isfinite(ended[below.any(axis=1)]).all()
-    up = solve_sde(
-        lambda t, y: 0.0 * y, 1.0, (0, 1), [2.0], step=1 / 32, paths=2000, rng=3, events=rises
-    )
-    first = solve_sde(
-        lambda t, y: 0.0 * y, 1.0, (0, 1), [2.0], step=1 / 32, paths=2000, rng=3,
-        events=lambda t, y: y[0] - 1.5,
-    )  # fmt: skip
+    up, first = [
+        solve_sde(moving(), 1.0, (0, 1), [2.0], step=1 / 32, paths=2000, rng=3, events=event)
+        for event in (rises, level(1.5))
+    ]
     both = np.isfinite(up.t_events[0])
     assert both.any()
     assert (first.t_events[0][both] < up.t_events[0][both]).all()  # from above, then from below
@@ -86,21 +97,10 @@ def test_langevin_events_lie_between_the_ends_of_steps():
     np.testing.assert_allclose(found.t_events[0], np.pi / 2, rtol=0, atol=0.01**2)
 
 
-def ends(g):
-    g.terminal = True
-    return g
-
-
 def test_nothing_comes_behind_the_end_of_a_path():
     """An ended path rests at its barrier, and passes no other one, however near."""
-    barriers = [
-        ends(lambda t, y: y[0] - 0.5),
-        ends(lambda t, y: y[0] - 1.5),
-        lambda t, y: y[0] - 0.48,
-    ]
-    found = solve_sde(
-        lambda t, y: 0.0 * y, 1.0, (0, 1), [1.0], step=1 / 16, paths=4000, rng=3, events=barriers
-    )
+    barriers = [ends(level(0.5, -1)), ends(level(1.5)), level(0.48, -1)]
+    found = solve_sde(moving(), 1.0, (0, 1), [1.0], step=1 / 16, paths=4000, rng=3, events=barriers)
     low, high, beyond = found.t_events
     at_low, at_high = np.isfinite(low), np.isfinite(high)
     assert at_low.sum() > 1000 < at_high.sum()
