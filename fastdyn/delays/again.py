@@ -247,4 +247,4 @@ class RepeatedEquation(Equation):
         result["delays"] = np.array(self._known.constant)
         result["jumps"] = self._jumps.copy()
         if self.dense_output:
-            result["history"] = self.history.given
+            self.history.completed(result)

@@ -132,7 +132,7 @@ class Equation:
             result = or_in_python(solve)
             self._tell_vanishing(result)
         if self.dense_output:
-            result["history"] = before.given
+            before.completed(result)
         else:
             result["sol"] = None
         return result

@@ -19,6 +19,7 @@ from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FIRST, RAISED_WORD, TIME
 from fastdyn.kernels.output import arguments as words
 from fastdyn.problem.sensitivities import Variational
+from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.trace.graph.derivatives import time_derivative
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
@@ -206,14 +207,23 @@ class History:
             self._args = self._args and (None,)
         self._bound.held.take(None, ())
 
-    @property
-    def given(self):
+    def completed(self, result):
+        """A result with `dense_output`, whose continuous solution has its history."""
+        result["history"] = given = self._alone()
+        if result["sol"] is not None:
+            result["sol"] = DelaySolution(result["sol"], given)
+
+    def _alone(self):
         """The history alone, of which no later `take` changes anything."""
         found = copy.copy(self)
         found.y0 = self.y0.copy()
         if self._bound.function is not None:
             found._values = flat(self._bound.given)
         return found
+
+    def __reduce__(self):
+        given = self.y0 if self.is_constant else self._function or self._earlier
+        return History, (given, self.t0, self._tf, self._args)
 
     def lengthen(self, equations, y0):
         """Let the history have sensitivities, too; the state and the sensitivities at the start.
@@ -278,15 +288,13 @@ class History:
             return _numbers(self._function(t, *self._args))
         if self._earlier is None:
             return self.y0.copy()
-        begin = self._earlier.sol.t_min
-        if t >= begin:
-            return np.array(self._earlier.sol(t), float)
-        known = getattr(self._earlier, "history", None)
-        if known is None:
+        sol = self._earlier.sol
+        if t < sol.t_min and not isinstance(sol, DelaySolution):
             raise ValueError(
-                f"the past at t = {t:.10g} is before the start of the earlier result, {begin:.10g}."
+                f"the past at t = {t:.10g} is before the start of the earlier result, "
+                f"{sol.t_min:.10g}."
             )
-        return known.before(t)
+        return np.array(sol(t), float)
 
     def slope(self, t):
         """The derivative of the state at a time up to the start, n floats.
@@ -297,9 +305,6 @@ class History:
             If the history is a function without a trace and without `derivative`.
         """
         if self._earlier is not None:
-            known = getattr(self._earlier, "history", None)
-            if known is not None and t < self._earlier.sol.t_min:
-                return known.slope(t)
             return np.array(self._earlier.sol.derivative(t), float)
         if self._function is None:
             return np.zeros(len(self.y0))
@@ -331,6 +336,34 @@ class History:
                 t = float(bound.block[TIME : TIME + 1].view(float)[0])
                 self.before(t)
                 raise GaveUp(bound, t)
+
+
+class DelaySolution(PiecewisePolynomial):
+    """The continuous solution of a delay equation; before its start, the history.
+
+    Parameters
+    ----------
+    sol : PiecewisePolynomial
+    history : History
+    """
+
+    def __init__(self, sol, history):
+        super().__init__(sol.ts, sol.polynomials, sol.spans, sol.floors)
+        self._history = history
+
+    def _values(self, times, segments):
+        return self._with_history(super()._values(times, segments), times, self._history.before)
+
+    def derivative(self, t):
+        """The derivative by t, in the shape of ``sol(t)``; before the start that of the history."""
+        times = np.atleast_1d(np.asarray(t, dtype=float))
+        found = self._with_history(super().derivative(times), times, self._history.slope)
+        return found[:, 0] if np.ndim(t) == 0 else found
+
+    def _with_history(self, found, times, before):
+        for k in np.flatnonzero(times < self.t_min):
+            found[:, k] = before(float(times[k]))
+        return found
 
 
 def _nothing(t, *args):

@@ -67,8 +67,8 @@ def solve_dde(
     Returns
     -------
     OdeResult
-        As of `solve_ivp`; `delays` has the constant delays, `jumps` the times at which the
-        solution, or a low derivative, jumps, and which the delays carry on.
+        As of `solve_ivp`; `sol` has the history, too; `delays` has the constant delays, `jumps`
+        the times at which the solution, or a low derivative, jumps, and which the delays carry on.
 
     Raises
     ------

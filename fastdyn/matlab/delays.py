@@ -164,12 +164,8 @@ def _solved(solver, ddefun, lagged, history, tspan, options, lags):
         warn(f"Failure in {solver.name}: {result.message}")
     print_statistics(given, result)
     found = None
-
-    def earlier(t):
-        return result.sol(t) if t > span[0] else before.before(t)
-
     if functions is not None:
-        found = occurrences(result, lambda t, y: events(t, y, earlier))
+        found = occurrences(result, lambda t, y: events(t, y, result.sol))
     ended = result.status == 1
     output = Refined(given.get("Refine", 1)) if len(times) == 2 else AtTimes(times, ended)
     return Solution(Request(solver, fun, given), result, output, found)

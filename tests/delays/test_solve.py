@@ -1,5 +1,7 @@
 """What solve_dde takes: histories, events, output, restarts, functions in Python, jumps."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -183,3 +185,28 @@ def test_a_pulse_of_a_table_times_the_past_is_not_lost(n):
     for _ in range(4):  # another decision about the times is that of compiled code
         again = solve_dde(fun, (0.0, 10.0), np.ones(n), "Tsit5")
         assert again.t.tobytes() == first.t.tobytes() and again.y.tobytes() == first.y.tobytes()
+
+
+def moving(t):
+    return [np.cos(t), np.sin(t)]
+
+
+@pytest.mark.parametrize("history", [[1.0, 0.5], moving])
+def test_the_continuous_solution_has_its_history(history):
+    """Before the start, an extrapolation of the first step would be another function."""
+    found = solve_dde(lagging, (0, 2), history, dense_output=True, **TIGHT)
+    times = [-1.5, -0.5, 0.0, 1.0]
+    before = np.array([moving(t) if callable(history) else history for t in times[:2]]).T
+    np.testing.assert_array_equal(found.sol(times)[:, :2], before)
+    np.testing.assert_array_equal(found.sol(-0.5), before[:, 1])
+    slopes = [[-np.sin(t), np.cos(t)] if callable(history) else [0.0, 0.0] for t in times[:2]]
+    np.testing.assert_allclose(
+        found.sol.derivative(times)[:, :2], np.array(slopes).T, rtol=0, atol=1e-15
+    )
+    assert np.abs(found.sol.derivative(1.0)[0] + found.sol(0.0)[0]) < 1e-8
+    kept = pickle.loads(pickle.dumps(found))
+    rest, other = (
+        solve_dde(lagging, (2, 3), each, dense_output=True, **TIGHT) for each in (found, kept)
+    )
+    np.testing.assert_array_equal(rest.y, other.y)
+    np.testing.assert_array_equal(rest.sol(-0.5), before[:, 1])
