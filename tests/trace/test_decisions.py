@@ -78,3 +78,17 @@ def test_ranges_are_as_in_python(seed):
     for x in itertools.chain(LIMITS, (1.5, 2.5, 0.0, np.inf)):
         y = np.array([x])
         assert machine_value(bound, 0.0, y)[0] == fun(0.0, y, given)[0]
+
+
+def test_a_path_that_decides_the_same_without_end_is_left_to_python():
+    """No call takes the path, on which the loop does not end."""
+
+    def fun(t, y):
+        while True:
+            if y[0] * np.sin(y[0]) > -1e9:
+                break
+        return [-y[0]]
+
+    bound = bind(fun, (), DERIVATIVE, 1, Near(0.0, 1.0, np.array([1.0])))
+    assert bound.function is not None and bound.function.traced.trace.n_paths == 2
+    assert machine_value(bound, 0.0, np.array([0.5])).tolist() == [-0.5]

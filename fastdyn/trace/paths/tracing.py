@@ -11,6 +11,8 @@ from ..symbols.symbol import AN_ARRAY, STATE
 from .handlers import is_handled
 
 MAX_DECISIONS = 200
+# On the path that no call takes, `while True: if y[0] > -1e9: break` decides without end; 0.5 s.
+MOST_ASKED = 10**4
 
 
 class Tracing(Rows):
@@ -35,6 +37,8 @@ class Tracing(Rows):
         self.texts = False
         self.abandoned = None
         self.conditions = False
+        self._asked = 0  # decisions in a row without a new node
+        self._size = 0  # of the graph at the last decision
 
     def assume(self, node):
         """Restrict the code to the current value of a node that parameters determine."""
@@ -151,4 +155,8 @@ class Tracing(Rows):
             value = self.script[i] if i < len(self.script) else True
             self.taken.append((node, value))
             self.decided[node.key] = value
+        self._asked = self._asked + 1 if self.next == self._size else 0
+        self._size = self.next
+        if self._asked > MOST_ASKED:
+            self.abandon("it decides the same without end")
         return self.decided[node.key] != flip
