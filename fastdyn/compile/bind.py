@@ -128,6 +128,8 @@ def _code(attempt, near, probe):
         raise FoundLater(reason)
     if attempt.facts().acts:
         raise Uncompilable("it does more than give a value")
+    if getattr(attempt.fun, "only_traced", False):  # it reads the past, which Numba does not know
+        raise Uncompilable(attempt.facts().refusal or "it cannot be traced")
     if not attempt.mode.by_numba:
         raise Uncompilable("it cannot be traced, and Numba compiles derivatives and events only")
     parts = parts_of(attempt.fun, attempt.args)

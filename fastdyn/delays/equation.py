@@ -9,6 +9,7 @@ import numpy as np
 from fastdyn.compile.bind import or_in_python
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.python_callback import called_with, evaluate
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.kernels.output.arguments import GROWN, RESIDUALS, SHORT, STAGES
 from fastdyn.kernels.state.record import Y
 from fastdyn.problem import validate
@@ -212,9 +213,11 @@ class Equation:
         if known is None:
             if 0.0 in self._asked(p.t0, self.history.y0):
                 raise ValueError(NOT_BEFORE.format(0.0))
+            refusal = Attempt(p.fun, p.args, p.mode, len(p.y0)).facts().refusal
             raise ValueError(
-                f"the delays of `{p.fun.__name__}` are not known, because it cannot be traced: "
-                "give `delays=`, the constant ones (`delays=[]` if all vary)."
+                f"the delays of `{p.fun.__name__}` are not known, because it cannot be traced"
+                f"{f' ({refusal})' if refusal else ''}: give `delays=`, the constant ones "
+                "(`delays=[]` if all vary)."
             )
         return known
 
@@ -259,7 +262,7 @@ def longer_function(function):
     def longer(t, y, laid_out, *args):
         return function(t, y, Past(laid_out, t, y), *args)
 
-    vars(longer).update(vars(function), __wrapped__=function)
+    vars(longer).update(vars(function), __wrapped__=function, only_traced=True)
     return longer
 
 

@@ -19,7 +19,6 @@ from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FIRST, RAISED_WORD, TIME
 from fastdyn.kernels.output import arguments as words
 from fastdyn.problem.sensitivities import Variational
-from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.trace.graph.derivatives import time_derivative
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
@@ -28,8 +27,13 @@ from fastdyn.trace.reads.reads import flat
 from fastdyn.words.kinds import shown
 
 from .points import may_jump, traced_base
+from .solution import DelaySolution
 
 NEAR = 1e-3  # share of the span
+COMPLEX = (
+    "`history` must be real; got {}: let the state have real and imaginary parts, 2 numbers each, "
+    "and let `fun` join them, E = y[0] + 1j * y[1]."
+)
 
 
 class History:
@@ -338,34 +342,6 @@ class History:
                 raise GaveUp(bound, t)
 
 
-class DelaySolution(PiecewisePolynomial):
-    """The continuous solution of a delay equation; before its start, the history.
-
-    Parameters
-    ----------
-    sol : PiecewisePolynomial
-    history : History
-    """
-
-    def __init__(self, sol, history):
-        super().__init__(sol.ts, sol.polynomials, sol.spans, sol.floors)
-        self._history = history
-
-    def _values(self, times, segments):
-        return self._with_history(super()._values(times, segments), times, self._history.before)
-
-    def derivative(self, t):
-        """The derivative by t, in the shape of ``sol(t)``; before the start that of the history."""
-        times = np.atleast_1d(np.asarray(t, dtype=float))
-        found = self._with_history(super().derivative(times), times, self._history.slope)
-        return found[:, 0] if np.ndim(t) == 0 else found
-
-    def _with_history(self, found, times, before):
-        for k in np.flatnonzero(times < self.t_min):
-            found[:, k] = before(float(times[k]))
-        return found
-
-
 def _nothing(t, *args):
     """The function of a history that waits for the next solve."""
 
@@ -388,12 +364,15 @@ def _takes(function, count):
 
 def _numbers(value):
     try:
-        array = np.atleast_1d(np.asarray(value, dtype=float))
+        array = np.atleast_1d(np.asarray(value))
+        array = array if array.dtype.kind == "c" else array.astype(float)
     except (TypeError, ValueError):
         raise TypeError(
             "`history` must be n numbers, a function of t, or a result with `sol`; got "
             f"{shown(value)}."
         ) from None
+    if array.dtype.kind == "c":
+        raise TypeError(COMPLEX.format(shown(value)))
     if array.ndim != 1 or not array.size:
         raise ValueError(f"`history` must give n numbers; got an array of shape {array.shape}.")
-    return array.copy()
+    return array

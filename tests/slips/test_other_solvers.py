@@ -183,6 +183,8 @@ TABLE = {
         ({"fun": lambda t, y, past: [-past[0]]}, "not subscriptable"),
         ({"fun": lambda t, y, past: [-past(t + 1)[0]]}, "a delay is -1: `past` is for times befo"),
         ({"history": "x"}, "`history` must be n numbers, a function of t, or a result"),
+        ({"history": [1j]}, "`history` must be real; got [1j]: let the state have real"),
+        ({"history": lambda t: [np.exp(1j * t)]}, "`history` must be real; got"),
         ({"history": [np.nan]}, "`history` is not finite at the start"),
         ({"history": [[1.0], [2.0]]}, "`history` must give n numbers; got an array of shape (2"),
         ({"history": lambda t: [1.0, 2.0]}, "2"),
