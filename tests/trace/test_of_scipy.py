@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
+import scipy.integrate
 import scipy.optimize
 import scipy.signal
 import scipy.sparse
@@ -48,16 +49,26 @@ ROTATIONS = {
     "a constant": lambda t, y: beside(y, FIXED.inv().apply(y[1:])),
     "of the body": lambda t, y: beside(y, Rotation.from_euler("ZY", [y[0], t]).apply(y[1:])),
     "fixed axes": lambda t, y: beside(y, Rotation.from_euler("xyz", y[1:]).inv().as_matrix()[1]),
-}
-LEFT_TO_PYTHON = {
-    "scalar_first": lambda t, y: Rotation.from_quat(y, scalar_first=True).as_quat() - y,
-    "from_rotvec": lambda t, y: beside(y, Rotation.from_rotvec(t * y[:3]).as_matrix() @ y[1:]),
-    "as_rotvec": lambda t, y: beside(y, Rotation.from_quat(-y).as_rotvec()),
+    "one axis": lambda t, y: beside(y, Rotation.from_euler("y", t + y[1]).apply(y[1:])),
     "degrees": lambda t, y: beside(
         y, Rotation.from_euler("xyz", 30 * y[:3], degrees=True).apply(y[:3])
     ),
+    "quaternion of angles": lambda t, y: Rotation.from_euler("ZY", [y[0], t]).as_quat() - y,
+    "scalar_first": lambda t, y: Rotation.from_quat(y, scalar_first=True).as_quat() - y,
+    "canonical": lambda t, y: Rotation.from_quat(y).as_quat(canonical=True) - y,
+    "as scalar_first": lambda t, y: Rotation.from_quat(y).as_quat(scalar_first=True) - y,
+    "from a vector": lambda t, y: beside(y, Rotation.from_rotvec(t * y[:3]).as_matrix() @ y[1:]),
+    "vector": lambda t, y: beside(y, Rotation.from_quat(-y).as_rotvec()),
+    "short vector": lambda t, y: beside(
+        y, Rotation.from_rotvec(1e-4 * y[:3]).as_rotvec(degrees=True)
+    ),
     "magnitude": lambda t, y: -y * Rotation.from_quat(y).magnitude(),
-    "as_quat": lambda t, y: Rotation.from_euler("ZY", [y[0], t]).as_quat() - y,
+    "product": lambda t, y: (Rotation.from_quat(y) * FIXED * Rotation.identity()).as_quat() - y,
+}
+ANGLES = "xyz ZYX zxz YXY yzx XZY".split()
+LEFT_TO_PYTHON = {
+    "from_mrp": lambda t, y: beside(y, Rotation.from_mrp(y[:3]).apply(y[1:])),
+    "as_mrp": lambda t, y: beside(y, Rotation.from_quat(y).as_mrp()),
 }
 FUNCTIONS = {
     "square": lambda t, y: scipy.signal.square(7 * t + y, duty=0.3) - y,
@@ -65,6 +76,15 @@ FUNCTIONS = {
     "falling": lambda t, y: scipy.signal.sawtooth(7 * t, 0) - y,
     "softmax": lambda t, y: scipy.special.softmax(y) - y,
     "logsumexp": lambda t, y: -scipy.special.logsumexp(y) * y,
+    "chirp": lambda t, y: scipy.signal.chirp(t, 0.1, 10.0, 2.0) - y,
+    "gausspulse": lambda t, y: scipy.signal.gausspulse(t - y, fc=2.0) - y,
+    "simpson": lambda t, y: scipy.integrate.simpson(y * y, dx=0.1) - y,
+    "exprel": lambda t, y: -1.0 / scipy.special.exprel(10 * y),
+    "hyp1f1": lambda t, y: -scipy.special.hyp1f1(1.2, 2.3, y) * y,
+}
+FUNCTIONS |= {
+    f"as_euler {seq}": lambda t, y, seq=seq: beside(y, Rotation.from_quat(y).as_euler(seq))
+    for seq in ANGLES
 }
 CASES = ROTATIONS | FUNCTIONS
 
@@ -216,3 +236,21 @@ def test_a_solver_inside_writes_nothing_to_stderr(capfd):
 
     fastdyn.solve_ivp(fun, (0.0, 0.1), START)
     assert not capfd.readouterr().err
+
+
+DIAGONALS = {
+    "zeros": lambda t, y, m: np.fill_diagonal(m, 0),
+    "numbers": lambda t, y, m: np.fill_diagonal(m, y),
+    "of a view": lambda t, y, m: np.fill_diagonal(m[1:, 1:], t),
+}
+
+
+@pytest.mark.filterwarnings("error::fastdyn.CompileWarning")
+@pytest.mark.parametrize("name", DIAGONALS)
+def test_a_diagonal_is_filled(name):
+    def fun(t, y):
+        m = np.outer(y, y)
+        DIAGONALS[name](t, y, m)
+        return m.sum(axis=1) - y
+
+    agrees(fun)

@@ -1,10 +1,13 @@
-"""NumPy's functions that are written in Python, rebuilt over the stand-ins of what they call."""
+"""Functions of libraries that are written in Python, over the stand-ins of what they call."""
 
 import builtins
 import types
 from typing import Any
 
 from .python import BUILTINS
+
+# All of NumPy's.  SciPy's often hand arrays to C code, keep caches, or look at types.
+REBUILT = "numpy.", "scipy._lib.", "scipy.integrate._quadrature.", "scipy.signal._waveforms."
 
 
 class _Module:
@@ -48,9 +51,9 @@ class Sources:
         return _Module(self, value) if isinstance(value, types.ModuleType) else self.of(value)
 
     def of(self, value) -> Any:
-        """A function of NumPy that is written in Python, rebuilt; any other value unchanged."""
+        """A function of a library that is written in Python, rebuilt, or the value unchanged."""
         f = getattr(value, "_implementation", value)
-        if type(f) is not types.FunctionType or f.__module__.partition(".")[0] != "numpy":
+        if type(f) is not types.FunctionType or not f"{f.__module__}.".startswith(REBUILT):
             return value
         if f not in self._made:
             own = f.__globals__["__name__"]  # `__module__` names where NumPy offers the function

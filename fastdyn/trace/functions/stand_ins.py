@@ -39,7 +39,7 @@ OF_MASKED = {np.piecewise, np.copyto, np.asarray, np.asanyarray}
 OF_FILES = set("save savez savez_compressed savetxt load loadtxt genfromtxt fromfile".split())
 REFUSED = set(
     "array2string array_str array_repr may_share_memory shares_memory put place putmask "
-    "fill_diagonal put_along_axis asarray_chkfinite extract".split()
+    "put_along_axis asarray_chkfinite extract".split()
 )
 
 
@@ -47,6 +47,8 @@ def call_function(function, args, kwargs):
     """Call a function of NumPy or SciPy whose arguments may hold symbols."""
     if "dtype" in kwargs:
         kwargs["dtype"] = _plain_type(kwargs["dtype"])
+    if kwargs.get("copy") is np._CopyMode.IF_NEEDED:  # of SciPy's forms of NumPy's functions
+        kwargs["copy"] = None
     args = tuple([list(a) if isinstance(a, Iterator | ValuesView) else a for a in args])
     args = tuple(map(_plain_type, args))
     values = [*args, *kwargs.values()]

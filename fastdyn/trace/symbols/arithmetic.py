@@ -205,7 +205,8 @@ def _kind_of_ufunc(name, kinds):
 
 def _not_caught(g, given):
     """Refuse a division of whole numbers in a handler: Python's raise for zero, NumPy's do not."""
-    if any(s.kind == "i" and s.varies for s in given) and g.in_handler():
+    unsure = given[1].varies or np.any(given[1].ids == g.const(0.0).key)
+    if unsure and any(s.kind == "i" and s.varies for s in given) and g.in_handler():
         refuse("a division of whole numbers where an exception may be caught")
 
 
