@@ -32,6 +32,10 @@ class OtherShape(ValueError):
     """The result of a function has another shape than the state."""
 
 
+class OtherRows(OtherShape):
+    """The result of a function has as many numbers as the state, in a column or a row."""
+
+
 class OtherMatrix(OtherShape):
     """A Jacobian has another shape than (n, n), or than its band."""
 
@@ -343,7 +347,7 @@ def derivative(value, n, mode: Mode = DERIVATIVE):
             + ("; give a complex `y0` to solve for them" if name == "fun" else "")
         )
     if array.ndim == 2 and array.shape == (n, 1) and n > 1 and not mode.column:
-        raise OtherShape(
+        raise OtherRows(
             f"`{name}` returned a column, of shape {array.shape}; it must return one of shape "
             f"({n},), unless `vectorized` is set"
         )
@@ -352,7 +356,8 @@ def derivative(value, n, mode: Mode = DERIVATIVE):
         wanted = f"it must return one for each component of {of}"
         if array.ndim > 1:
             product = ": is A @ y meant, and not A * y?" if array.shape == (n, n) else ""
-            raise OtherShape(
+            other = OtherRows if array.size == n else OtherShape
+            raise other(
                 f"`{name}` returned an array of shape {array.shape}, {array.size} values in rows, "
                 f"for a state of {n}; {wanted}, in one row of shape ({n},){product}"
             )

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.compile.python_callback import OtherRows
 from fastdyn.compile.sentences import WritesToState
 from fastdyn.run.enough_memory import KeepsBands
 from fastdyn.solve.ivp import solve_ivp
@@ -18,6 +19,7 @@ ONE_STEP = {
     ("dopri5", None): "RK45", ("dop853", None): "DOP853", ("zvode", ADAMS): "DOP853",
     ("zvode", BDF): "Radau",
 }  # fmt: skip
+TAKE_ROWS = "dopri5", "dop853"
 DOPRI = 1, 2, -2, -3  # return codes: success, stopped by `solout`, too many steps, too small steps
 ZVODE = DONE, DONE, -1, -4
 
@@ -31,7 +33,8 @@ def compiled(scipys):
 class Replaced:
     """An integrator of SciPy's, whose runs are compiled; all else is SciPy's.
 
-    A function that writes to its state runs by SciPy's integrator.
+    A function that writes to its state runs by SciPy's integrator, and so does one that returns its
+    numbers in a column, where SciPy's takes them.
     """
 
     success = 1
@@ -68,6 +71,10 @@ class Replaced:
             try:
                 y, t, self.istate, because = self._solved(how, *given)
             except (KeepsBands, WritesToState):
+                self._left_to_scipy = True
+            except OtherRows:
+                if self.name not in TAKE_ROWS:
+                    raise
                 self._left_to_scipy = True
             else:
                 if self.istate < 0:

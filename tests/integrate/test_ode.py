@@ -192,3 +192,45 @@ def test_short_calls_are_those_of_the_long_way(monkeypatch, name, options):
         assert (found == wanted).all()
         assert counts == counts_now
         assert sum(answer is not None for answer in answers) > 250
+
+
+COLUMNS = {"column": (2, 1), "row": (1, 2)}
+
+
+def in_shape(shape):
+    def fun(t, y, c):
+        dy = np.zeros(2)
+        dy[0] = y[1]
+        dy[1] = -2.0 * y[0] - c * y[1]
+        return dy.reshape(shape)
+
+    return fun
+
+
+@pytest.mark.parametrize("name", ["dopri5", "dop853"])
+@pytest.mark.parametrize("shape", COLUMNS.values(), ids=COLUMNS)
+def test_a_column_is_taken_where_scipy_takes_it(name, shape):
+    """Scripts from the time of the first `ode` return ``np.zeros((n, 1))``."""
+    ends = []
+    for kind in (ode, scipy.integrate.ode):
+        solver = kind(in_shape(shape)).set_integrator(name).set_f_params(0.1)
+        solver.set_initial_value([1.0, 0.0], 0.0)
+        for t in (0.5, 1.0):
+            solver.integrate(t)
+        assert solver.successful()
+        ends.append(solver.y)
+    np.testing.assert_array_equal(*ends)
+
+
+@pytest.mark.parametrize("name", ["vode", "lsoda"])
+def test_a_column_is_refused_where_scipy_refuses_it(name):
+    solver = ode(in_shape((2, 1))).set_integrator(name).set_f_params(0.1)
+    with pytest.raises(ValueError, match=r"a column, of shape \(2, 1\)"):
+        solver.set_initial_value([1.0, 0.0], 0.0).integrate(1.0)
+
+
+def test_another_number_of_values_is_refused():
+    """SciPy's dopri5 takes what lies in memory."""
+    solver = ode(lambda t, y: np.ones((3, 1))).set_integrator("dopri5")
+    with pytest.raises(ValueError, match="3 values in rows"):
+        solver.set_initial_value([1.0, 0.0], 0.0).integrate(1.0)
