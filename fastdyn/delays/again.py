@@ -240,7 +240,7 @@ class RepeatedEquation(Equation):
 
     def _result(self, problem, status):
         result = result_of(problem._replace(dense_output=self.dense_output), status, self.run)
-        self._tell_vanishing(result)
+        self._tell_vanishing(result, problem)
         return result
 
     def _complete(self, result):

@@ -221,14 +221,18 @@ class Equation:
             )
         return known
 
-    def _asked(self, t, y):
-        """The delays at which the function reads the past, in Python."""
+    def _asked(self, t, y, problem=None):
+        """The delays at which the function of a problem reads the past, in Python."""
+        p = problem or self.problem
         with self.history.asked() as times:
-            self.problem.fun(t, y.copy(), *self.problem.args)
+            p.fun(t, y.copy(), *p.args)
         return [t - s for s in times]
 
-    def _tell_vanishing(self, result):
-        """Say that a delay vanishes or is negative, if that is why no step was short enough."""
+    def _tell_vanishing(self, result, problem=None):
+        """Say that a delay vanishes or is negative, if that is why no step was short enough.
+
+        A repeated solve gives its `problem`.
+        """
         if result.status != -1:
             return
         if self._last.turns:
@@ -237,7 +241,7 @@ class Equation:
         run = self._last  # a result may have no times
         t = float(run.view("solve.state")["t"][0])
         y = run.view("solve.work")[Y, : len(self.problem.y0)].copy()
-        shortest = min((tau for tau in self._asked(t, y) if tau), default=math.inf)
+        shortest = min((tau for tau in self._asked(t, y, problem) if tau), default=math.inf)
         near = VANISHING * max(abs(t), abs(t - self.history.t0))
         if shortest < -near:
             result["message"] = (

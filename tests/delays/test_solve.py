@@ -211,3 +211,15 @@ def test_the_continuous_solution_has_its_history(history):
     )
     np.testing.assert_array_equal(rest.y, other.y)
     np.testing.assert_array_equal(rest.sol(-0.5), before[:, 1])
+
+
+def test_each_solve_that_fails_has_its_message():
+    def fun(t, y, past, k):
+        return [-k * past(t - 0.3)[0]]
+
+    first = solve_dde(fun, (0, 10), [1.0], "Tsit5", args=(1.0,), max_steps=5)
+    assert first.status == -1
+    for _ in range(5):
+        again = solve_dde(fun, (0, 10), [1.0], "Tsit5", args=(1.0,), max_steps=5)
+        assert again.status == -1 and again.message == first.message
+        np.testing.assert_array_equal(again.y, first.y)
