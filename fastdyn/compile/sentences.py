@@ -8,6 +8,7 @@ import re
 import sys
 import warnings
 from types import BuiltinFunctionType, FunctionType
+from typing import Any
 
 from fastdyn.code_store import Unsealable
 from fastdyn.words.user_lines import of_user
@@ -115,11 +116,20 @@ def name_of(fun):
     return plain.__qualname__ if isinstance(plain, NAMED) else type(fun).__name__
 
 
+def _code_of_user(function):
+    """The code of a function, or of the user's `fun` that a form of fastdyn's calls; or None."""
+    code = function.__code__ if isinstance(function, FunctionType) else None
+    if code is None or of_user(code.co_filename) or "fun" not in code.co_freevars:
+        return code
+    cells: Any = function.__closure__
+    return _code_of_user(plain_function(cells[code.co_freevars.index("fun")].cell_contents))
+
+
 def warn_once(fun, reason):
     """Warn once for each function, at the user's line, that the function runs in Python."""
     plain = plain_function(fun)
     if reason != SWITCHED_OFF and not re.search(r", line \d+\)$", reason):
-        code = plain.__code__ if isinstance(plain, FunctionType) else None
+        code = _code_of_user(plain)
         reason = located(reason, code and (code.co_filename, code.co_firstlineno))
     name = name_of(fun)
     identity = reason if reason == SWITCHED_OFF else (type(fun), code_of(plain), name)

@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 import pytest
 
-from fastdyn import Stepper, prepare, solve_ensemble, solve_ivp
+from fastdyn import CompileWarning, Stepper, prepare, solve_ensemble, solve_ivp
 
 EXPLICIT = ("RK23", "RK45", "DOP853", "Tsit5", "Vern7", "Vern9", "ode45", "ode23")
 IMPLICIT = ("Radau", "BDF", "LSODA", "Rodas5P")
@@ -238,3 +238,13 @@ def test_a_border_that_is_touched_within_a_step_is_seen(method):
     assert found.status == LEFT and found.t[-1] == pytest.approx(math.pi, abs=0.05)
     apart = solve_ivp(*given, domain=lambda t, y: y[0] + 1.1, rtol=1e-4)
     assert apart.status == 0 and np.array_equal(apart.y, solve_ivp(*given, rtol=1e-4).y)
+
+
+@pytest.mark.parametrize("kept", [{"domain": positive}, {"nonnegative": True}])
+def test_a_warning_names_the_line_of_the_function(kept):
+    def in_python(t, y, k):
+        return [-float(repr(float(y[0])))]
+
+    line = in_python.__code__.co_firstlineno
+    with pytest.warns(CompileWarning, match=rf"in_python.*test_domains.py, line {line}\)"):
+        solve_ivp(in_python, (0, 1), [1.0], args=(1.0,), **kept)
