@@ -77,13 +77,13 @@ def prepare_dde(
 class PreparedDelays:
     """A solver of one delay equation: ``solver(history, args)`` returns an OdeResult.
 
-    Both are optional.  Results do not share memory.  One thread at a time may call; a copy, as
-    `copy.copy` makes it, is for another thread.
+    Both are optional.  Results do not share memory.  Several threads may call at once.
     """
 
     def __init__(self, given):
         self._given = given
-        self._equation = RepeatedEquation(given)
+        self._equation = RepeatedEquation(given)  # of the last solve
+        self._free = [self._equation]  # in no solve
         self._args = self._equation.args
         self._equation.solve()
 
@@ -110,12 +110,21 @@ class PreparedDelays:
             args = self._args
         elif args.__class__ is not tuple:
             args = validate.extra_arguments(args)
-        result = self._equation.again(self._given.fun, history, args)
-        if result is None:
-            with PREPARING:
-                equation = RepeatedEquation(self._given._replace(history=history, args=args))
-                result = equation.solve()
-            self._equation = equation
+        try:
+            equation = self._free.pop()
+        except IndexError:  # another thread has it, or a function calls within its own solve
+            equation = None
+        try:
+            result = equation and equation.again(self._given.fun, history, args)
+            if result is None:
+                with PREPARING:
+                    other = RepeatedEquation(self._given._replace(history=history, args=args))
+                    result = other.solve()
+                equation = other
+        finally:
+            if equation is not None:
+                self._equation = equation
+                self._free.append(equation)
         return result
 
     @property

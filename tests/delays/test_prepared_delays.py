@@ -2,6 +2,8 @@
 
 import copy
 import pickle
+import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -189,3 +191,23 @@ def test_arrays_and_lists_belong_to_the_solver():
     for mine in (solver, pickle.loads(pickle.dumps(solver))):
         for call, expected in zip(calls, before, strict=True):
             same(mine(**call), expected)
+
+
+def test_several_threads_call_one_solver():
+    """A solver lies in one memory: without one for each thread, few of 400 solves were wrong."""
+
+    def fun(t, y, past, gain):
+        return -gain * past(t - 1.0)
+
+    solver = prepare_dde(fun, (0, 20), [1.0], args=(1.0,), **OPTIONS)
+    gains = np.linspace(0.5, 1.5, 20)
+    wanted = [solver(args=(gain,)).y[0, -1] for gain in gains]
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            each = lambda _: [solver(args=(gain,)).y[0, -1] for gain in gains]  # noqa: E731
+            found = list(pool.map(each, range(20)))
+    finally:
+        sys.setswitchinterval(interval)
+    assert all(one == wanted for one in found)
