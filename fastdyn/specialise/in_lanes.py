@@ -1,5 +1,8 @@
 """Kernels on vectors with functions of the user inside, found by their keys.  Needs no Numba."""
 
+import functools
+import itertools
+
 from fastdyn import code_store
 from fastdyn.compile import memory
 from fastdyn.compile.sentences import Uncompilable, explain
@@ -12,6 +15,16 @@ def check_length(n):
     """Raise Uncompilable if a state of n components is too long for vectors."""
     if n > MAX_VECTORS:
         raise Uncompilable(f"{n} components are more than {MAX_VECTORS}")
+
+
+def texts_of(symbols, forms):
+    """The texts of VectorForms by symbol, and the words of the block behind which each one's begin.
+
+    No kernel depends on the number of these words, which the texts contain.
+    """
+    begins = [0, *itertools.accumulate([form.n_words for form in forms])]
+    pairs = zip(symbols, forms, begins[:-1], strict=True)
+    return {name: functools.partial(form.text, skip=begin) for name, form, begin in pairs}, begins
 
 
 def linked(key, place, texts, build, *modules):

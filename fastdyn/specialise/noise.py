@@ -3,10 +3,12 @@
 Needs no Numba before a kernel is compiled.
 """
 
+import functools
+
 from fastdyn import code_store
 from fastdyn.compile.sentences import Uncompilable
 
-from .in_lanes import linked
+from .in_lanes import linked, texts_of
 
 SYMBOL = "fastdyn_function"
 SLOPE = f"{SYMBOL}_slope"
@@ -22,29 +24,26 @@ def in_lanes(plan, forms, width):
     if any(form.raises for form in forms):
         raise Uncompilable("a function can raise an exception, which vectors do not notice")
     symbols = [f"{SYMBOL}{i}" for i in range(len(forms))]
-    texts = {symbol: form.text for symbol, form in zip(symbols, forms, strict=True)}
+    texts, begins = texts_of(symbols, forms)
     slope = None
     if plan.method.derivative:
-        found, texts[SLOPE] = forms[1].jacobian(False)
+        found, text = forms[1].jacobian(False)
+        texts[SLOPE] = functools.partial(text, skip=begins[1])
         slope = found.size, *(list(map(int, each)) for each in (found.rows, found.columns))
-    sizes = [form.n_words for form in forms]
     shapes = [form.n_results for form in forms]
 
     def build():
         from .dispatchers import around_paths
         from .vector_rhs import named, number
 
-        functions = [
-            number(named(symbol, length), sum(sizes[:i]))
-            for i, (symbol, length) in enumerate(zip(symbols, shapes, strict=True))
-        ]
+        functions = [number(named(*each), 0) for each in zip(symbols, shapes, strict=True)]
         derivative = None
         if slope is not None:
-            derivative = number(named(SLOPE, slope[0]), sizes[0]), *slope[1:]
+            derivative = number(named(SLOPE, slope[0]), 0), *slope[1:]
         return around_paths("in_lanes", plan, functions, derivative, width)
 
     key = f"noise {plan} {width} {[form.key for form in forms]}"
-    place = f"noise waits {plan} {width} {shapes} {sizes[:-1]} {slope}"
+    place = f"noise waits {plan} {width} {shapes} {slope}"
     return linked(key, place, texts, build, *MADE_IN)
 
 

@@ -3,6 +3,7 @@
 # Numba's type annotations are incomplete.
 # pyright: reportCallIssue=false, reportArgumentType=false
 
+import functools
 from typing import NamedTuple
 
 from fastdyn.code_store.target import width
@@ -18,7 +19,7 @@ from fastdyn.kernels.methods.method import Derivatives
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.layout import Form
 
-from .in_lanes import check_length, linked
+from .in_lanes import check_length, linked, texts_of
 from .scalar import FUNCTION, module_of
 from .signatures import ADVANCE_VECTORS
 from .vector_rhs import named, number, right_hand_side
@@ -91,11 +92,11 @@ def _with_another(before, one, function, row):
     return together
 
 
-def _fast(i, kinds, skip):
-    """The phases of event i, whose parameters begin behind `skip` words, as `_watched` takes."""
+def _fast(i, kinds):
+    """The phases of event i, as `_watched` takes them."""
     n_periodic, n_transitions, _ = kinds
     n_phases = sum(kinds)
-    function = number(named(f"{PHASES}{i}", n_phases), skip)
+    function = number(named(f"{PHASES}{i}", n_phases), 0)
     return function, n_periodic + n_transitions, n_periodic, n_phases
 
 
@@ -171,13 +172,13 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
              for one, (each, of) in zip(inside, found, strict=True)]  # fmt: skip
     keys = [form.key for form in forms]
     key = f"lanes {name} {n} {width()} {extrema} {inside} {mass} {keys}"
-    sizes = [form.n_words for form in forms]
     symbols = [f"{FUNCTION}{i}" for i in range(len(forms))]
-    texts = {symbol: form.text for symbol, form in zip(symbols, forms, strict=True)}
+    texts, begins = texts_of(symbols, forms)
     for i, (_, text) in enumerate(found):
         if kinds[i]:
-            texts[f"{PHASES}{i}"] = text
-    shapes, structure = ([f.n_results for f in forms], sizes[:-1]), None
+            texts[f"{PHASES}{i}"] = functools.partial(text, skip=begins[i + 1])
+    shapes = [form.n_results for form in forms]
+    structure = None
     if derived is not None:
         jacobian, texts[JACOBIAN] = derived
         structure = (
@@ -187,9 +188,9 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
         )
 
     def build():
-        user, *others = [named(s, form.n_results) for s, form in zip(symbols, forms, strict=True)]
-        numbers = [number(f, sum(sizes[: i + 1])) for i, f in enumerate(others)]
-        fast = [of and _fast(i, of, sum(sizes[: i + 1])) for i, of in enumerate(kinds)]
+        user, *others = [named(*each) for each in zip(symbols, shapes, strict=True)]
+        numbers = [number(function, 0) for function in others]
+        fast = [of and _fast(i, of) for i, of in enumerate(kinds)]
         watched = _watched(numbers[: len(events)], inside, fast)
         summed = numbers[len(events) :]
         accumulated = _in_turn([_accumulate] * len(summed), summed, N_FIELDS + 2 * len(events))
@@ -204,7 +205,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
     keepalive, parameters = [compiled, forms], [form.parameters for form in forms]
     watches, accumulates = bool(events), bool(folds)
     return Kernel(
-        compiled.address, width(), sum(sizes), parameters, keepalive, watches, accumulates
+        compiled.address, width(), begins[-1], parameters, keepalive, watches, accumulates
     )
 
 

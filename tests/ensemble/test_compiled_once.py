@@ -1,5 +1,6 @@
 """Numba compiles a kernel on vectors once; the text of each function is linked to the kernel."""
 
+import math
 import os
 
 import numpy as np
@@ -37,3 +38,23 @@ def test_numba_compiles_once_for_all_functions(method, folds, monkeypatch):
     assert found.width > 1 and not made
     assert np.allclose(found.y_end[:, 0], STARTS[:, 0] * np.exp(-rate), rtol=1e-4)
     assert not folds or (found.reduced["end"] == 1.0).all()
+
+
+def test_a_kernel_holds_for_any_number_of_parameters(monkeypatch):
+    made = []
+    compiled = emit_object.without_function
+    monkeypatch.setattr(emit_object, "without_function", noted(made, compiled))
+
+    def decays(t, y, *rates):
+        return [-math.prod(rates) * y[0], y[0] * y[1]]
+
+    def low(t, y, *rates):
+        return y[0] - 0.8 * rates[0]
+
+    for rates in ((1.0,), (0.9, 0.5), (0.9, 0.5, 2.0)):
+        found = solve_ensemble(decays, (0, 1), STARTS, rates, "RK23", events=low, rtol=1e-6)
+        expected = np.log(STARTS[:, 0] / 0.8 / rates[0]) / math.prod(rates)
+        assert found.width > 1
+        assert np.allclose(np.concatenate(found.t_events[0]), expected[expected < 1.0], rtol=1e-4)
+        assert rates == (1.0,) or not made
+        made.clear()

@@ -17,8 +17,9 @@ from .phases import phases
 class VectorForm(NamedTuple):
     """A function in the form that a kernel on vectors needs.
 
-    `parameters` has a (type, value) for each parameter.  ``text(symbol)`` is the LLVM text of the
-    function on vectors, with `n_results` vectors; None stands for a single vector.
+    `parameters` has a (type, value) for each parameter.  ``text(symbol, skip=0)`` is the LLVM text
+    of the function on vectors, whose parameters begin behind `skip` words of the block, with
+    `n_results` vectors; None stands for a single vector.
     ``series(order)`` makes the Taylor kernel on vectors, ``jacobian(time)`` the Jacobian and its
     text, ``phases()`` the Phases and their text.  `raises` tells whether the function may raise;
     in lanes where the function raises, the form on vectors returns NaN.

@@ -255,16 +255,16 @@ class Traced:
 
         return dispatcher(self)
 
-    def vector_text(self, symbol, n, width, exact, kinds=None):
+    def vector_text(self, symbol, n, width, exact, kinds=None, skip=0):
         """The text of an LLVM module with the form on n vectors of `width` lanes.
 
         The function ``(t, y, words)`` returns vectors, or a single vector for an event.  `kinds`
         are the types of the parameters, with "lanes" for parameters that vary between trajectories;
-        for `exact` see `state.layout.Form`.
+        they begin behind `skip` words.  For `exact` see `state.layout.Form`.
         """
         from .inlined import vector_text
 
-        return vector_text(self, symbol, n, width, exact, kinds)
+        return vector_text(self, symbol, n, width, exact, kinds, skip)
 
 
 def kind_of_group(group):

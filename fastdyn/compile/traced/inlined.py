@@ -11,7 +11,7 @@ from numba.extending import intrinsic
 from fastdyn.kernels.calls.user_function import FORM
 from fastdyn.kernels.jit.options import INTERNAL, njit
 from fastdyn.kernels.vector.instructions import FUSE
-from fastdyn.trace.emit.numbers import REAL, WORD, Emitter
+from fastdyn.trace.emit.numbers import INDEX, REAL, WORD, Emitter
 from fastdyn.trace.graph.refusal import refused_as
 
 from ..callables import Uncompilable
@@ -39,7 +39,7 @@ def dispatcher(traced):
 
 
 @refused_as(Uncompilable)
-def vector_text(traced, symbol, n, width, exact, kinds=None):
+def vector_text(traced, symbol, n, width, exact, kinds=None, skip=0):
     """See `Traced.vector_text`."""
     if traced.trace.error:
         raise Uncompilable(f"it can raise ({traced.trace.error}), which vectors cannot")
@@ -54,6 +54,8 @@ def vector_text(traced, symbol, n, width, exact, kinds=None):
     function.attributes.add("alwaysinline")
     builder = ir.IRBuilder(function.append_basic_block())
     t, y, words = function.args
+    if skip:
+        words = builder.gep(words, [INDEX(skip)])
     source = VectorSource(builder, traced, t, y, words, kinds or traced.kinds)
     in_vectors = None if exact else functools.partial(by_formula, builder)
     emitter = Emitter(builder, g, vector, source, in_vectors, () if exact else FUSE)
