@@ -151,6 +151,8 @@ EVENTS = np.dtype(
         ),  # 1: crossed in this step; PENDING (events.py): acts after the jump that ends the step
         ("t_jump", "f8"),  # the last jump at which the event occurred or was pending; NaN before
         ("noise", "f8"),  # size up to which the value at t_jump could not be told from zero
+        ("came", "f8"),  # the sign before the jump at t_jump
+        ("rest", "f8"),  # size of the value behind the jump at t_jump
         ("begins", "i8"),  # value at the start of this step: PLAIN, LEAVES or TOUCHES, of events.py
         ("repeats", "i8"),  # occurrences at t_jump after the first
     ]

@@ -37,6 +37,9 @@ JUMP = 1e-6  # share of the event function's size at which its value at a root i
 # The same for roots by signs, which are less precise: a ball that comes to rest has 228 impacts
 # with a share of 1e-6; with 1e-2 it has 274 and more, as by energy.
 JUMP_OF_SIGNS = 1e-2
+# Share of a step at whose start a function with a slope of zero may be zero by rounding: with a
+# curvature, for 1e-8 of its time scale; with a third derivative alone, for 1e-5.
+LIFTS = 2.0**-8
 SIGN = 1e-300  # value of an event function of which only the sign is known
 
 
@@ -161,7 +164,8 @@ def note(o, events, i, root, t, t_old, meets, end):
     """Note an occurrence of event i, unless it is recorded; return the new end of the notes.
 
     A note is an event and a time.  Notes lie in the output of events, behind the counted events.
-    A root within the distance `meets` of t is at t.
+    A root within the distance `meets` of t is at t.  An event that has just acted does not occur
+    if its function goes back to the side that it came from, or keeps its value behind the action.
     """
     e = events.table[i]
     if abs(root - t) <= meets:
@@ -170,6 +174,11 @@ def note(o, events, i, root, t, t_old, meets, end):
         root = t_old
         if e.begins == LEAVES and (e.jump == 0 or e.g_new == 0.0):  # zero all the time
             return end
+    if e.begins == LEAVES and e.g == 0.0 and e.jump != 0:  # behind the action its slope is zero
+        at_once = abs(root - t_old) <= LIFTS * abs(t - t_old)
+        if (at_once and e.g_new * e.came >= 0.0) or abs(e.g_new) <= e.rest:
+            return end
+        root = t_old if at_once else root
     events.index[end] = i
     events.t[end] = root
     return end + 1

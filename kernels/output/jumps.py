@@ -189,6 +189,8 @@ def watch_from(kernels, solve, table, scratch, h):
         sign = SIGN if rise > 0.0 else -SIGN if rise < 0.0 else 0.0
         same = (e.g > 0.0 and sign > 0.0) or (e.g < 0.0 and sign < 0.0)
         if e.active == 1:
+            e.came = np.sign(e.g)
+            e.rest = abs(e.g_new)
             e.g = sign
         e.begins = LEAVES if e.active == 1 or same else TOUCHES
     return RUNNING

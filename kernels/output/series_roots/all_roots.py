@@ -206,7 +206,8 @@ def _leaves_zero(e, first, t_old):
 
     The function was zero before t_old, too, or the run begins there: the series has no root.
     """
-    leaves = e.g == 0.0 and abs(first) > 0.0 and e.begins != LEAVES
+    goes_on = e.jump != 0 and e.came * first < 0.0  # behind an action, across the zero
+    leaves = e.g == 0.0 and abs(first) > 0.0 and (e.begins != LEAVES or goes_on)
     return leaves and _is_wanted(e, first) and not is_contact(e, t_old, t_old)
 
 
