@@ -99,8 +99,8 @@ def own(given):
 def _copied(value):
     if type(value) is list or type(value) is tuple:
         return type(value)(map(_copied, value))
-    is_array = hasattr(value, "dtype") and hasattr(value, "copy") and not callable(value)
-    return value.copy() if is_array else value
+    copy = getattr(value, "copy", None) if hasattr(value, "dtype") else None
+    return value if copy is None or callable(value) else copy()
 
 
 EXCHANGED = "Are they exchanged? The order is fun, t_span, y0; times of output are `t_eval`."

@@ -36,10 +36,10 @@ def in_lanes(plan, forms, width):
         from .dispatchers import around_paths
         from .vector_rhs import named, number
 
-        functions = [number(named(*each), 0) for each in zip(symbols, shapes, strict=True)]
+        functions = [number(named(*each)) for each in zip(symbols, shapes, strict=True)]
         derivative = None
         if slope is not None:
-            derivative = number(named(SLOPE, slope[0]), 0), *slope[1:]
+            derivative = number(named(SLOPE, slope[0])), *slope[1:]
         return around_paths("in_lanes", plan, functions, derivative, width)
 
     key = f"noise {plan} {width} {[form.key for form in forms]}"

@@ -96,7 +96,7 @@ def _fast(i, kinds):
     """The phases of event i, as `_watched` takes them."""
     n_periodic, n_transitions, _ = kinds
     n_phases = sum(kinds)
-    function = number(named(f"{PHASES}{i}", n_phases), 0)
+    function = number(named(f"{PHASES}{i}", n_phases))
     return function, n_periodic + n_transitions, n_periodic, n_phases
 
 
@@ -189,7 +189,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
 
     def build():
         user, *others = [named(*each) for each in zip(symbols, shapes, strict=True)]
-        numbers = [number(function, 0) for function in others]
+        numbers = [number(function) for function in others]
         fast = [of and _fast(i, of) for i, of in enumerate(kinds)]
         watched = _watched(numbers[: len(events)], inside, fast)
         summed = numbers[len(events) :]

@@ -15,12 +15,6 @@ from fastdyn.kernels.calls.user_function import address_of, words_at
 from fastdyn.kernels.jit.options import INLINED, njit
 
 
-@njit(**INLINED)
-def _words(block, skip):
-    """The block from word `skip` on."""
-    return words_at(address_of(block) + 8 * skip)
-
-
 def named(symbol, n_results):
     """A function on vectors, linked later by its symbol; `n_results` None: a single vector."""
 
@@ -47,16 +41,16 @@ def right_hand_side(function):
 
     @njit(**INLINED)
     def rhs(t, y, block, out):
-        return function(t, y, _words(block, 0))
+        return function(t, y, words_at(address_of(block)))
 
     return rhs
 
 
-def number(function, skip):
-    """``number(t, y, block)`` of a function whose parameters begin behind `skip` words."""
+def number(function):
+    """``number(t, y, block)`` of a function on vectors."""
 
     @njit(**INLINED)
     def value(t, y, block):
-        return function(t, y, _words(block, skip))
+        return function(t, y, words_at(address_of(block)))
 
     return value

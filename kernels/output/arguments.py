@@ -94,6 +94,7 @@ class Output(NamedTuple):
 MOST_TERMS = 34  # most coefficients of the series of an event
 MOST_ROOTS = 256  # most roots of the series of one event in a step
 PARTS = 8  # of a step, at whose borders an event function is evaluated
+MOST_PHASES = 16  # of one event
 MOST_INSIDE = MOST_ROOTS  # most occurrences of an event in a step, by its signs
 
 # What tells an event function between the ends of a step: the interpolant; the slopes at both ends,

@@ -11,8 +11,8 @@ import warnings
 from .folder import Folder
 from .trust import POSIX, Doubt
 
-# Beyond either, the entries longest unused go.  The whole test suite writes 6000 within half an
-# hour; a look at 16 000 takes 50 ms, once in PRUNE_ONCE_IN entries.
+# Beyond either, the entries longest unused go.  All tests write 11 000 within half an hour; a look
+# at 16 000 takes 50 ms, once in PRUNE_ONCE_IN entries.
 MAX_FILES, MAX_BYTES = 16_000, 512 * 2**20
 PRUNE_ONCE_IN = 64  # entries that are written
 SYSTEM = "/var/cache/fastdyn"

@@ -8,7 +8,7 @@ quotients by numbers of the state alone, whose relative changes the steps of the
 
 from typing import Any, NamedTuple
 
-from fastdyn.kernels.output.series_roots.phases import MOST_PHASES
+from fastdyn.kernels.output.arguments import MOST_PHASES
 from fastdyn.trace.graph.expressions import MAX_EXPONENT, live
 from fastdyn.trace.operations import OPERATIONS
 

@@ -17,7 +17,7 @@ import numpy as np
 from ...calls.user_function import raised
 from ...jit.options import INTERNAL, njit
 from ...state.rows import rows_on_stack
-from ..arguments import COUNTS, IN_PARTS, MOST_INSIDE, TELLS
+from ..arguments import COUNTS, IN_PARTS, MOST_INSIDE, MOST_PHASES, TELLS
 from ..brent import crossing, edge, value
 from ..dense_output import interpolate
 from ..events import (
@@ -37,7 +37,7 @@ from ..meetings import MET, NEVER, RAISES, distance_to_meet, has_rate, meet_sche
 from ..segments import is_border
 from .at_border import note_border
 from .lost import forget_behind, note_lost
-from .phases import MOST_PARTS, MOST_PHASES, begin_parts, next_part
+from .phases import MOST_PARTS, begin_parts, next_part
 from .points import POINTS, WIDTH, changes_of, fill_points, is_rough
 from .shallow import TIME, VALUE, is_noise
 

@@ -6,10 +6,10 @@ from ...calls.block import RAISED_WORD
 from ...calls.user_function import raised, words_at
 from ...jit.options import INTERNAL, njit
 from ...state.rows import rows_on_stack
-from ..arguments import IN_PARTS, TELLS
+from ..arguments import IN_PARTS, MOST_PHASES, TELLS
 from ..brent import crossing, value
 from ..events import changes_sign
-from .phases import MOST_PARTS, MOST_PHASES, begin_parts, next_part
+from .phases import MOST_PARTS, begin_parts, next_part
 from .points import WIDTH, changes_of, fill_points
 from .shallow import NOISE, TIME, VALUE, fill_shallow, is_noise, tolerance_of
 

@@ -15,12 +15,12 @@ from ...calls.user_function import call_with
 from ...jit.options import INTERNAL, njit
 from ...state.record import Y_OLD, Y
 from ...state.rows import copy_row, rows_on_stack
+from ..arguments import MOST_PHASES
 from ..dense_output import polynomial
 
 QUARTER = np.pi / 2.0  # change of the operand of a sine that counts as one
 LIMIT = 1.0  # change of a phase in a whole step beyond which the step is divided
 SMALL = 0.1  # the same behind an action, where the slope of the function is read
-MOST_PHASES = 16
 HALVINGS = 40  # of the rest of a step, at most, for one part
 MOST_PARTS = 65536  # of a step, to which one event is looked at
 START, MIDDLE, END = range(3)  # rows of phases, at three times
