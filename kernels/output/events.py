@@ -14,7 +14,7 @@ from ..calls.user_function import evaluate
 from ..jit.options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, Y
 from ..state.rows import copy_row
-from .arguments import IN_PARTS
+from .arguments import COUNTS, IN_PARTS
 from .brent import crossing, crossing_from_zero, edge, resolution, takes_edges, value
 from .dense_output import polynomial
 from .meetings import (
@@ -245,7 +245,8 @@ def _drop(events, first, end):
         for j in range(first, n):
             if events.index[j] == i:
                 last = events.t[j]
-        if not abs(t - last) < e.wait:  # NaN before the first occurrence
+        again = t == last and e.inside == COUNTS and e.jump == 0  # a zero where two steps meet
+        if not (again or abs(t - last) < e.wait):  # NaN before the first occurrence
             events.index[n] = i
             events.t[n] = t
             n += 1

@@ -204,3 +204,22 @@ def test_a_body_at_rest_at_zero_occurs_when_an_action_moves_it(method, direction
     occurs = direction * kick >= 0.0
     assert found.t_events[0].tolist() == [1.0] * occurs
     assert found.y[1, -1] == (-0.5 * kick if occurs and acts else kick)
+
+
+@pytest.mark.parametrize("method", ["Tsit5", "Vern9", "Rodas5P", "Taylor", "RK4", "Gauss8"])
+def test_a_zero_where_two_steps_meet_occurs_once(method):
+    """By the signs at the ends of both steps, as SciPy's, the zero would occur in each."""
+    options = {"step": 0.25} if method in ("RK4", "Gauss8") else {"max_step": 0.1}
+
+    def run(events):
+        return solve_ivp(
+            lambda t, y: [y[1], -0.01], (0, 3), [0.0, 1.0], method, events=events, **options
+        )
+
+    at = run(None).t[3]
+    second = directed(lambda t, y: t - at, 0)
+    second.terminal = 2
+    touching = directed(lambda t, y: (t - at) ** 2, 0)
+    found = run([directed(lambda t, y: at - t, -1), second, touching])
+    assert [times.tolist() for times in found.t_events] == [[at]] * 3
+    assert found.t[-1] == 3.0
