@@ -95,9 +95,10 @@ def event_table(problem, others, order=None) -> Any:
     for row, event in zip(table, events, strict=True):
         row["jump"] = 0 if event.act is None else next(blocks)
         row["inside"] = COUNTS if counts_inside(method, event) else KEEPS
-    for row, bound in zip(table, others, strict=False):
-        for name, value in phases(bound.function).fields.items():
-            row[name] = value
+    for row, event, bound in zip(table, events, others, strict=False):
+        if getattr(event.function, "turns", True):
+            for name, value in phases(bound.function).fields.items():
+                row[name] = value
     if not events:
         return table
     table["unit"] = unit_of_times(problem.events_as_scipy, problem.t0, problem.tf)

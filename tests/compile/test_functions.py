@@ -162,9 +162,9 @@ def test_what_is_no_derivative_raises_what_scipy_raises(name):
         except Exception as error:
             found.append(type(error))
     if name == "objects":
-        assert np.array_equal(*found)
+        np.testing.assert_allclose(*found, rtol=1e-13)  # sums in another order
     else:  # of a shape, our class of SciPy's errors
-        assert found[1] is found[0] or (found[0] is ValueError and found[1] is OtherShape)
+        assert found[1] is found[0] or (found[0] is ValueError and issubclass(found[1], OtherShape))
 
 
 @pytest.mark.parametrize("method", ["Radau", "LSODA"])

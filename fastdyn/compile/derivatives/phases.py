@@ -3,7 +3,8 @@
 A step may contain several turns of sin(50 t), or all of a narrow peak exp(-((t - 5) / s)**2): see
 `kernels/output/series_roots/phases.py`, which divides such steps.  Sums, products and roots are
 about as slow as their operands, and have no phases: most event functions have none.  Neither have
-quotients by numbers of the state alone, whose relative changes the steps of the solution follow.
+quotients by numbers of the state alone, and the angle of two numbers, whose relative changes the
+steps of the solution follow.
 """
 
 from typing import Any, NamedTuple
@@ -89,6 +90,6 @@ def _found(graph, outputs):
                 periodic.append(node)
         elif operation.width or node.op == "exp2":
             transitions.append(of)
-        elif operation.elementary and not operation.monotone:
+        elif operation.elementary and not operation.monotone and node.op != "atan2":
             periodic += [each for each in node.args if each.key in fast]
     return periodic, transitions, divisors

@@ -16,13 +16,14 @@ from ...jit.options import INTERNAL, njit
 from ...state.record import Y_OLD, Y
 from ...state.rows import copy_row, rows_on_stack
 from ..arguments import MOST_PHASES
+from ..brent import resolution
 from ..dense_output import polynomial
 
 QUARTER = np.pi / 2.0  # change of the operand of a sine that counts as one
 LIMIT = 1.0  # change of a phase in a whole step beyond which the step is divided
 SMALL = 0.1  # the same behind an action, where the slope of the function is read
 HALVINGS = 40  # of the rest of a step, at most, for one part
-MOST_PARTS = 65536  # of a step, to which one event is looked at
+MOST_PARTS = 4096  # of a step, to which one event is looked at: 16 an occurrence
 START, MIDDLE, END = range(3)  # rows of phases, at three times
 
 
@@ -72,14 +73,16 @@ def begin_parts(e, d, t_old, h, rows, y):
 def next_part(e, d, t_old, h, a, length, t, rows, y):
     """The end of the part from a on, at most t, for which the phases at a are known.
 
-    `length` is the longest one, as the step is directed.
+    `length` is the longest one, as the step is directed.  Where a phase jumps, or has a pole, parts
+    are no shorter than what tells two roots apart.
     """
-    length = min(abs(length), abs(t - a))
+    shortest = 2.0 * resolution(a, e.unit)
+    length = min(max(abs(length), shortest), abs(t - a))
     for _ in range(HALVINGS):
         b = t if length >= abs(t - a) else a + np.copysign(length, h)
         _read(e, d, t_old, h, 0.5 * (a + b), y, rows[MIDDLE])
         _read(e, d, t_old, h, b, y, rows[END])
-        if not _change(e, rows) > 1.0:
+        if not _change(e, rows) > 1.0 or 0.5 * length < shortest:
             break
         length *= 0.5
     copy_row(rows[END], rows[START])
