@@ -11,7 +11,7 @@ import scipy.integrate
 from . import EXPLICIT
 
 EPS = np.finfo(float).eps
-SEEDS = (1, 2, 3)
+SEEDS = range(1, 9)  # of eight shaken solves of a chaotic case, two take another step
 OF_SPREAD, OF_RTOL = 30.0, 1e-4
 
 
