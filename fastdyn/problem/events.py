@@ -222,8 +222,8 @@ def _wait(event):
     return number
 
 
-# Of a Problem, the fields with functions that are called between steps, but for those of events,
-# and their modes, in the order of `between_steps`.
+# Fields of a Problem with functions that are called between steps, and the modes of the functions,
+# in the order of `between_steps`; events and their actions stand before these.
 BETWEEN = {"inside": EVENT, "project": PROJECTION, "jac": MATRIX}
 # By fields of Event, which are fields of a row of compiled code, too.
 RULES: dict[str, Callable] = {"limit": _limit, "direction": _direction, "wait": _wait}

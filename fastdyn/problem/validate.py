@@ -109,7 +109,7 @@ class Problem(NamedTuple):
 
     @property
     def jumps(self):
-        """What changes the state, or None, for each of the events and of the schedules behind."""
+        """The function that changes the state, or None, of each event, then of each schedule."""
         return [*[event.act for event in self.events or ()], *[one.jump for one in self.schedules]]
 
     @property

@@ -105,7 +105,7 @@ def test_jumps_columns_statistics_and_no_lags(capsys):
 
 @pytest.mark.parametrize("name, value", [("Mass", [[2.0]]), ("NonNegative", [0]), ("MinStep", 0.1)])
 def test_options_without_effect_are_refused(name, value):
-    """They would change the solution; so are those of delays by other solvers."""
+    """The options change solutions of MATLAB; other solvers refuse the options of `dde23`."""
     given = odeset(name, value)
     with pytest.raises(ValueError, match=f"{name} is no option of fastdyn's dde23: of its kind"):
         dde23(doubled, 1, [1.0], [0, 2], given)

@@ -228,7 +228,7 @@ def of_rate(rate, off):
 
 @pytest.mark.parametrize("method", IMPLICIT)
 def test_the_jacobian_is_that_of_each_call(calls, method):
-    """Those that are off give other steps."""
+    """Each Jacobian that is off gives other steps."""
     given = {"method": method, "rtol": 1e-6, "first_step": 0.01}
     counts = set()
     for i in range(2 * CALLS):
@@ -376,7 +376,7 @@ def test_an_estimate_of_a_complex_state(calls):
 
 @pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_functions_in_python_are_called_as_often_as_in_a_first_call():
-    """What they print, or count, comes once a call; also where a call cannot be plain."""
+    """Each effect of the functions comes once a call; also where a call cannot be plain."""
     called = []
 
     def counted(t, y, k):

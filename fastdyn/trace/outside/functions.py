@@ -13,7 +13,7 @@ from ..functions.stand_ins import IMPURE, PURE, root_of
 from ..symbols.symbol import Symbol, refuse
 
 ORIGINAL = dict(vars(builtins))
-# What functions and classes are called, which may change, and few functions ask.
+# Attributes with the names of functions and classes: names may change, and few functions ask.
 NAMES = "__name__", "__qualname__", "__module__", "__doc__"
 # Instructions that look into the dict of globals itself, past `Scope.__missing__`.
 PAST = frozenset(("LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS", "STORE_GLOBAL", "DELETE_GLOBAL"))
