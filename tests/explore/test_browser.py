@@ -79,6 +79,7 @@ def address():
     address, server = serve(named("pendulum"), show=False, threaded=True)
     yield address
     server.stop()
+    server.join(60.0)  # `stop` asks the thread to end; pages that are open are still answered
     with pytest.raises(OSError):  # nobody answers any more
         urllib.request.urlopen(address, timeout=2.0)
 
