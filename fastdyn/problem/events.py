@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable
 from types import FunctionType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,6 +49,8 @@ class Event:
         Whether the event ends a phase.
     origin : callable or None
         The function of a shorter state, if `function` is a form of one (`of_own`).
+    turns : bool
+        Whether an event that is much faster than the solution is looked at in parts of a step.
     asked : tuple
         The attributes of the user's function, as `ATTRIBUTES` names them, when they were read.
     """
@@ -61,6 +63,7 @@ class Event:
     act: Any = None
     decides: bool = False
     origin: Any = None
+    turns: bool = True
     asked: tuple = ()
 
     @classmethod
@@ -222,9 +225,19 @@ def _wait(event):
     return number
 
 
-# Fields of a Problem with functions that are called between steps, and the modes of the functions,
-# in the order of `between_steps`; events and their actions stand before these.
-BETWEEN = {"inside": EVENT, "project": PROJECTION, "jac": MATRIX}
+class Called(NamedTuple):
+    """A function that is called between steps: its mode, and the option that it is given by."""
+
+    mode: Any
+    option: str
+
+
+# By fields of a Problem, in the order of `between_steps`; events and their actions stand before.
+BETWEEN = {
+    "inside": Called(EVENT, "domain"),
+    "project": Called(PROJECTION, "project"),
+    "jac": Called(MATRIX, "jac"),
+}
 # By fields of Event, which are fields of a row of compiled code, too.
 RULES: dict[str, Callable] = {"limit": _limit, "direction": _direction, "wait": _wait}
 PLAIN = Event(None)
@@ -307,7 +320,9 @@ def between_steps(problem):
     changes = SALTATION if p.mode.sensitivities else JUMP
     functions += [(jump, changes) for jump in p.jumps if jump is not None]
     return functions + [
-        (getattr(p, name), mode) for name, mode in BETWEEN.items() if getattr(p, name) is not None
+        (getattr(p, name), called.mode)
+        for name, called in BETWEEN.items()
+        if getattr(p, name) is not None
     ]
 
 
@@ -316,18 +331,25 @@ def called_between(problem):
     return [given for given, mode in between_steps(problem) if callable(given) or not mode.matrix]
 
 
+def apart(problem, functions):
+    """Functions in the order of `called_between`: of events and their actions, others by field."""
+    given = [getattr(problem, name) for name in BETWEEN]
+    names = [n for n, f in zip(BETWEEN, given, strict=True) if f is True or callable(f)]
+    n = len(functions) - len(names)
+    return [*functions[:n]], dict(zip(names, functions[n:], strict=True))
+
+
 def with_functions(problem, functions):
     """The problem with other functions, in the order of `called_between`."""
     p = problem
-    given = iter(functions)
+    first, others = apart(p, functions)
+    given = iter(first)
     events = p.events and [event.like(next(given)) for event in p.events]
     events = events and [event.acting(lambda _: next(given)) for event in events]
     schedules = [
         each if each.jump is None else each._replace(jump=next(given)) for each in p.schedules
     ]
-    others = [name for name in BETWEEN if getattr(p, name) is True or callable(getattr(p, name))]
-    changed: Any = {name: next(given) for name in others}
-    return p._replace(events=events, schedules=tuple(schedules), **changed)
+    return p._replace(events=events, schedules=tuple(schedules), **others)
 
 
 def of_own(event, n):

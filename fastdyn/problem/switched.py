@@ -71,6 +71,8 @@ def longer(asked, of, chosen):
         acts = [behind_jumps(of, chosen, widths, times, a.tf)]
     options["on_event"] = own_actions + jumps + acts
     state = np.r_[a.y0, modes, np.zeros((ADDED - 1) * m)]
+    # Their divisors are rounding where the state slides.
+    slow = [event.changed(turns=False) for event in event_list(events)]
     return a._replace(
-        fun=fun, y0=state, given_y0=state, events=[*own, *events, *behind], options=options
+        fun=fun, y0=state, given_y0=state, events=[*own, *slow, *behind], options=options
     )

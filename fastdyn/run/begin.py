@@ -96,7 +96,7 @@ def event_table(problem, others, order=None) -> Any:
         row["jump"] = 0 if event.act is None else next(blocks)
         row["inside"] = COUNTS if counts_inside(method, event) else KEEPS
     for row, event, bound in zip(table, events, others, strict=False):
-        if getattr(event.function, "turns", True):
+        if event.turns:
             for name, value in phases(bound.function).fields.items():
                 row[name] = value
     if not events:

@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.problem.events import Event, asked_of
+from fastdyn.problem.events import BETWEEN, Event, asked_of
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.run.again import keyed_code
 
 FUNCTION = python.FunctionType
-OF_FUNCTIONS = "on_event", "domain", "project", "jac"  # in the order of `called_between`
+# In the order of `called_between`.
+OF_FUNCTIONS = "on_event", *(called.option for called in BETWEEN.values())
 BY_CODE = sorted((o.name for o in OPTIONS.values() if o.in_key == "code"), key=OF_FUNCTIONS.index)
 BY_KINDS = [option.name for option in OPTIONS.values() if option.in_key == "kinds"]
 OTHERS = {*BY_CODE, *BY_KINDS}  # the options whose values are not the part of a key

@@ -144,7 +144,6 @@ class Part:
     """
 
     direction = -1.0  # of an event, which falls through zero
-    turns = False  # for `event_table`: its divisors are rounding where the state slides
 
     def __init__(self, of, nodes, chosen, name, own: Any = None):
         self.of = of

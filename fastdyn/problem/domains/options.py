@@ -14,7 +14,7 @@ from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.compile.sentences import warn
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.output.arguments import CHECKS, CLIPS, WITHIN
-from fastdyn.problem.events import called_between, with_functions
+from fastdyn.problem.events import apart, called_between, with_functions
 from fastdyn.problem.lsoda import NAME as LSODA
 
 from .functions import (
@@ -103,7 +103,9 @@ def forms(bare, fun, others, t0, y0):
     listed = bare.nonnegative
     jac: Any
     last: list[Any]
-    rest, domain, last, jac = _apart(bare, others)
+    rest, by_field = apart(bare, others)
+    domain, jac = by_field.get("inside"), by_field.get("jac", bare.jac)
+    last = [by_field["project"]] if "project" in by_field else []
     if bare.mode is COLUMN:
         fun = of_states(fun)
     if domain is not None:
@@ -118,17 +120,6 @@ def forms(bare, fun, others, t0, y0):
     if callable(jac):
         last.append(jac)
     return fun, rest + last
-
-
-def _apart(bare, others):
-    """Functions in the order of `called_between`: of events, `domain`, [`project`], `jac`."""
-    rest = [*others]
-    jac = bare.jac
-    if jac is True or callable(jac):
-        jac = rest.pop()
-    project = [rest.pop()] if bare.project is not None else []
-    domain = rest.pop() if bare.domain is not None else None
-    return rest, domain, project, jac
 
 
 def check_start(problem):
@@ -148,7 +139,7 @@ def start_inside(bare, others, t0, y0, args):
             return None
         t0 = float(t0)
         y0 = np.array(y0, float)
-        _check_start(_apart(bare, others)[1], bare.nonnegative, t0, y0, args)
+        _check_start(apart(bare, others)[1].get("inside"), bare.nonnegative, t0, y0, args)
     except Exception:  # whoever checks the arguments raises the same
         return None
     return t0, y0
