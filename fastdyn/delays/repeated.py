@@ -5,13 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.problem.options.table import value_of
+from fastdyn.problem.options.table import OPTIONS, taken_by, value_of
 from fastdyn.run import again
+from fastdyn.solve.keys import hashable, is_known
 
 FUNCTION = python.FunctionType
 MOST_TIMES = 1000  # of `t_eval` in a key
 LEAST = 1e-13  # of `rtol`: below, each call warns
-OTHER_VALUES = {"on_event", "at", "every", "breakpoints", "sensitivity"}  # for the long way
+IN_KEY = {name: OPTIONS[name] for name in taken_by("past again") if OPTIONS[name].in_key}
 
 
 def key_of(given):
@@ -19,24 +20,22 @@ def key_of(given):
     fun, t_span, history, method, t_eval, dense_output, events, args, delays, jumps, options = given
     if events is not None or delays is not None or jumps is not None:
         return None
-    if fun.__class__ is not FUNCTION or not OTHER_VALUES.isdisjoint(options):
+    if fun.__class__ is not FUNCTION or hasattr(history, "sol"):  # an earlier result
         return None
-    if hasattr(history, "sol"):  # an earlier result
-        return None
+    for name, value in options.items():
+        if name not in IN_KEY or not is_known(IN_KEY[name], value):
+            return None
     try:
         if np.min(value_of(options, "rtol")) < LEAST:
             return None
         form = id(history.__code__) if history.__class__ is FUNCTION else (len(history),)
-        times = None
-        if t_eval is not None:
-            times = np.asarray(t_eval)
-            if times.ndim != 1 or len(times) > MOST_TIMES:
-                return None
-            times = times.dtype.str, times.tobytes()
-        key = (
-            "dde", id(fun.__code__), tuple(map(float, t_span)), form, method, times, dense_output,
-            len(args), *options.items(),
-        )  # fmt: skip
+        times = None if t_eval is None else np.asarray(t_eval)
+        if times is not None and (times.ndim != 1 or len(times) > MOST_TIMES):
+            return None
+        key = hashable((
+            "dde", id(fun.__code__), np.asarray(t_span), form, method, times, dense_output,
+            len(args), *options, *options.values(),
+        ))  # fmt: skip
         hash(key)
     except (TypeError, ValueError):
         return None

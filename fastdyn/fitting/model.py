@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.ensemble.labels import argument_labels
+from fastdyn.problem import schedules
 from fastdyn.solve.differentiable.trees import apart
 from fastdyn.words.kinds import refuse
 
@@ -288,8 +289,7 @@ def _of_leaves(options, held):
     events = options.get("events")
     if events is None:
         return options
-    listed = [events] if callable(events) else events
-    return {**options, "events": [held.function(event) for event in listed]}
+    return {**options, "events": [held.event(event) for event in schedules.listed(events, {})]}
 
 
 def records_of(records):

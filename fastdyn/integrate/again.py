@@ -50,7 +50,11 @@ def note(key, func, problem):
         return
     if p.callback is not None or p.t_eval[0] == p.t0:
         return
-    again.kept(key, lambda: Again(problem, keyed_code(func)), len(p.y0)).count(problem)
+    try:
+        found = again.kept(key, lambda: Again(problem, keyed_code(func)), len(p.y0))
+    except TypeError:  # tolerances without a hash
+        return
+    found.count(problem)
 
 
 class Again(Repeated):

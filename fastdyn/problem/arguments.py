@@ -1,5 +1,6 @@
 """The arguments of a solve, checked once; the method decides about the rest."""
 
+import copy
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -7,7 +8,8 @@ import numpy as np
 
 from fastdyn.words import kinds
 
-from . import mass, validate
+from . import mass, schedules, validate
+from .events import Event
 from .options.table import OPTIONS, check_kinds, refused_by
 from .step_options import warn_of_breakpoints
 
@@ -91,9 +93,18 @@ def own(given):
     """The arguments of a solver that solves later, apart from what the user changes meanwhile.
 
     `given` has the arguments by their names.  Arrays and lists are copied, but for those in `args`,
-    which functions read at each solve as they read other values from outside.
+    which functions read at each solve as they read other values from outside.  The rules of events,
+    which are attributes of functions, are read now.
     """
-    return {name: value if name == "args" else _copied(value) for name, value in given.items()}
+    found = {name: value if name == "args" else _copied(value) for name, value in given.items()}
+    if given.get("events") is not None:
+        found["events"] = [*map(_with_rules, schedules.listed(given["events"], {}))]
+    return found
+
+
+def _with_rules(event):
+    """An event function as an Event, a schedule as a copy."""
+    return copy.deepcopy(event) if isinstance(event, schedules.Schedule) else Event.of(event)
 
 
 def _copied(value):

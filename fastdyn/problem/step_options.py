@@ -16,7 +16,7 @@ NO_SEGMENTS = np.empty((0, 3))
 
 def _tolerance(value, name, n):
     if value.__class__ is not float:
-        value = np.asarray(value, dtype=float)
+        value = np.array(value, dtype=float)  # a solver for the next call keeps the tolerances
         if value.ndim and value.shape != (n,):
             raise noted(
                 ValueError(f"`{name}` has wrong shape."),

@@ -266,11 +266,11 @@ def extra_arguments(args):
 
 
 def output_times(t_eval, t0, tf):
-    """`t_eval` as a 1-D array, inside the span and strictly monotonic."""
+    """`t_eval` as a new 1-D array, inside the span and strictly monotonic."""
     if t_eval is None:
         return None
     given = t_eval
-    t_eval = np.asarray(t_eval)
+    t_eval = np.array(t_eval)  # a solver for the next call keeps the times
     if t_eval.dtype.kind not in "fiub":
         times("t_eval", given)
         t_eval = t_eval.astype(float)

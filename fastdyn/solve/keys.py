@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.problem.events import BETWEEN, Event, asked_of
+from fastdyn.problem.events import BETWEEN, NOTHING_ASKED, Event, asked_of
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.run.again import keyed_code
 
@@ -143,7 +143,10 @@ def _watched(events):
     key = []
     functions = []
     for event in events:
-        key += id(keyed_code(event)), asked_of(event)
+        asked = asked_of(event)
+        key += id(keyed_code(event)), asked
+        if asked is not NOTHING_ASKED:  # True is not the number 1 of an event that acts
+            key.append(tuple(map(type, asked)))
         if isinstance(event, Event):
             if event.has_occurred:
                 raise TypeError

@@ -68,7 +68,8 @@ def prepare(
     ----------
     fun, t_span, method, t_eval, dense_output, events
         As in `solve_ivp`; methods are fastdyn's own. A solve may have another `t_span`, and, with
-        `t_eval`, as many other times.  Arrays and lists are copied, apart from those in `args`.
+        `t_eval`, as many other times.  Arrays and lists are copied, apart from those in `args`, and
+        events keep the `terminal`, `direction` and `wait` that they have now.
     y0 : array_like, shape (n,)
     args : tuple, optional
         Default initial state and arguments of the solves.

@@ -4,13 +4,15 @@ import copy
 import pickle
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from fastdyn.delays import prepare_dde, solve_dde
+from fastdyn.delays import prepare_dde, repeated, solve_dde
 from fastdyn.delays.again import RepeatedEquation
 from fastdyn.delays.equation import Equation, Given
+from fastdyn.problem.options.table import OPTIONS as OPTIONS_OF_ALL
 from fastdyn.run import again
 from support.delayed import late
 
@@ -211,3 +213,57 @@ def test_several_threads_call_one_solver():
     finally:
         sys.setswitchinterval(interval)
     assert all(one == wanted for one in found)
+
+
+def test_the_rules_of_events_belong_to_the_solver():
+    """A history of another kind goes the long way."""
+
+    def low(t, y, past, gain, tau):
+        return y[0] - 0.5
+
+    low.terminal = True
+    solver = prepare_dde(late, (0, 20), [1.0, 0.0], args=(1.1, 0.4), events=low, **OPTIONS)
+    calls = {}, {"history": moving}, {}
+    before = [solver(**call) for call in calls]
+    assert before[0].status == 1
+    low.terminal = False
+    for call, expected in zip(calls, before, strict=True):
+        same(solver(**call), expected)
+
+
+def test_an_option_that_no_key_knows_goes_the_long_way():
+    assert repeated.IN_KEY.keys() <= {name for name, one in OPTIONS_OF_ALL.items() if one.in_key}
+    given = Given(late, (0, 5), [1.0, 0.0], "Tsit5", None, False, None, (), None, None, {})
+    assert repeated.key_of(given) is not None
+    others = {
+        "checkpoint": None, "progress": False, "on_interrupt": "raise", "callback": None,
+        "sensitivity": "tau", "on_event": [], "at": [1.0], "every": 1.0, "breakpoints": [1.0],
+        "new": 1, "atol": Fraction(1, 10**6),
+    }  # fmt: skip
+    for name, value in others.items():
+        assert repeated.key_of(given._replace(options={name: value})) is None, name
+
+
+def test_keys_tell_bits_apart():
+    """0.0 equals -0.0, and 1.0 the text "1" as a number; an array changes in place."""
+    atol = np.array([1e-6, 1e-8])
+    given = Given(
+        late, (0.0, 5.0), [1.0, 0.0], "Tsit5", None, False, None, (), None, None, {"atol": atol}
+    )
+    key = repeated.key_of(given)
+    assert key == repeated.key_of(given._replace(options={"atol": atol.copy()}))
+    assert key != repeated.key_of(given._replace(t_span=(-0.0, 5.0)))
+    assert repeated.key_of(given._replace(t_span=("0", "5"))) is None
+    atol[1] = 1e-3
+    assert key != repeated.key_of(given)
+
+
+def test_times_of_an_earlier_call_change_in_place():
+    """A run that is kept has times of its own."""
+    times = np.array([1.0, 3.0, 6.0])
+    made_before = made(0.5)
+    for _ in range(2):
+        again_and_anew(made_before, [1.0], (0.7,), t_eval=times)
+    times[1] = 2.0
+    for tau in (0.5, 1.25):
+        again_and_anew(made(tau), [1.0], (0.7,), t_eval=np.array([1.0, 3.0, 6.0]))

@@ -155,6 +155,33 @@ def test_members_with_rows_of_their_own_are_solved_one_by_one():
         assert np.array_equal(found[0][i], call.solve([values[0], springs[i]])[0][0])
 
 
+def spring(t, y, m):
+    return [y[1], -m["k"] * y[0]]
+
+
+def test_an_event_beside_a_container_has_the_rules_of_each_call():
+    """The event of the numbers side by side was kept with its first rules, and without `wait`."""
+
+    def passes(t, y, m):
+        return y[0] - 0.3
+
+    rules = {"wait": 1.0}, {"wait": 0.0}, {"direction": 1.0}, {"terminal": 2}, {"terminal": False}
+    for rule in rules:
+        vars(passes).update(rule)
+        call, values = called(
+            spring, [1.0, 0.0], {"k": varying(40.0)}, events=[passes, fastdyn.every(0.5)],
+            occurrences=6,
+        )  # fmt: skip
+        wanted = fastdyn.solve_ivp(
+            spring, (0, 3), [1.0, 0.0], "Tsit5", TIMES, events=[passes, fastdyn.every(0.5)],
+            args=({"k": 40.0},), **TIGHT,
+        )  # fmt: skip
+        outputs, status = call.solve(values)
+        assert status == wanted.status, rule
+        for found, times in zip(outputs[1::2], wanted.t_events, strict=True):
+            np.testing.assert_allclose(found[np.isfinite(found)], times[:6], rtol=1e-9)
+
+
 @pytest.mark.parametrize("library", ["jax", "torch", "pytensor"])
 def test_a_library_that_is_missing_gets_a_sentence(library, monkeypatch):
     for name in list(sys.modules):

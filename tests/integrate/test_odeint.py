@@ -275,3 +275,12 @@ print([name for name in ("numba", "scipy.integrate") if name in sys.modules])
     for _ in range(2):  # the first process may compile kernels
         done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
     assert done.stdout.split() == [b"[]"]
+
+
+def test_a_tolerance_may_be_an_array_of_one_number():
+    """An array has no hash, and such a call is no call again."""
+    times = [0.0, 1.0, 2.0]
+    expected = odeint(oscillator, [1.0, 0.0], times, rtol=1e-6)
+    for _ in range(4):
+        found = odeint(oscillator, [1.0, 0.0], times, rtol=np.array(1e-6))
+        np.testing.assert_array_equal(found, expected)

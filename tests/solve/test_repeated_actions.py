@@ -4,6 +4,7 @@ What acts is read at each call, as `fun` is.
 """
 
 import functools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -160,3 +161,38 @@ def test_actions_that_python_refuses():
     found = warm(solve_ivp, driven, SPAN, START, **given)
     assert found.message == first.message
     assert_first(found, first)
+
+
+class Passes:
+    """An event whose rules a trace of the function does not read."""
+
+    terminal: Any = True
+
+    def __call__(self, t, y, k):
+        return y[0] - 0.8
+
+
+def test_true_is_not_the_number_one_of_an_event_that_acts():
+    """`terminal = True` does not end a run in which the event acts; the equal number 1 does."""
+    passes = Passes()
+    given = {"args": (2.0,), "events": passes, "on_event": turned, "compile": "shared"}
+    warm(solve_ivp, driven, SPAN, START, **given)
+    for terminal, status in ((True, 0), (1, 1), (1.0, 1), (np.True_, 0), (np.int64(1), 1), (2, 0)):
+        passes.terminal = terminal
+        first = plain(driven, SPAN, START, **given)
+        for _ in range(3):
+            assert_first(solve_ivp(driven, SPAN, START, **given), first)
+        assert first.status == status
+
+
+def test_tolerances_of_an_earlier_call_change_in_place():
+    """A run that is kept has tolerances of its own: a long one is laid out anew by their order."""
+    atol = np.array([1e-10, 1e-10])
+    given = {"args": (2.0,), "rtol": 1e-10, "compile": "shared", "dense_output": True}
+    span = (0.0, 30000.0)
+    first = plain(driven, span, START, "Taylor", atol=atol.copy(), **given)
+    warm(solve_ivp, driven, span, START, "Taylor", atol=atol, **given)
+    atol[:] = 1.0
+    for _ in range(3):
+        found = solve_ivp(driven, span, START, "Taylor", atol=np.array([1e-10, 1e-10]), **given)
+        assert_first(found, first)

@@ -7,6 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
+import fastdyn
 from fastdyn import prepare
 from support.repeated import (
     METHODS,
@@ -172,3 +173,25 @@ def assert_same_outputs(found, expected):
     np.testing.assert_array_equal(found.t, expected.t)
     np.testing.assert_array_equal(found.y, expected.y)
     assert found.get("sensitivity", {}).keys() == expected.get("sensitivity", {}).keys()
+
+
+def test_the_rules_of_events_belong_to_the_solver():
+    """Also where a solve goes the long way: rules are those that events had at first."""
+
+    def low(t, y, damping):
+        return y[0] - 0.1
+
+    low.terminal = True
+    every = fastdyn.every(0.4)
+    given = {"events": [low, every], "args": (0.1,)}
+    solver = prepare(pendulum, (0.0, 2.0), START, compile="shared", **given)
+    calls = [{}, {"t_span": (0.0, 1.5)}, {"args": (np.array(0.1),)}, {"t_span": (0.0, 1.0)}, {}]
+    before = [solver(**call) for call in calls]
+    assert before[0].status == 1
+    low.terminal = False
+    low.direction = 1
+    every.terminal = True
+    for call, expected in zip(calls, before, strict=True):
+        found = solver(**call)
+        assert_same_outputs(found, expected)
+        assert found.status == expected.status

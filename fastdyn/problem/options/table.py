@@ -25,6 +25,7 @@ SITUATIONS = {
     "again": "a solve that may begin anew with another method: its effects come twice",
     "second pass": "the pass of `error_estimate` that gives no result of its own",
     "repetition": "a run of a system repeated up to its end, for a dense output",
+    "past again": "a repeated call of `solve_dde`: the delays have carried on other ends of steps",
     "residual": "`solve_dae` without another method: its own BDF",
 }
 RTOL, ATOL = 1e-3, 1e-6  # SciPy's and MATLAB's defaults
@@ -272,7 +273,7 @@ ALL_OPTIONS = (
         "occurrence of this number ends the run and does not change the state.  Events that "
         "accumulate at one time end the run with status -1.",
         refused=_not(
-            "energy_drift", "complex", "SciPy", "again",
+            "past again", "energy_drift", "complex", "SciPy", "again",
             solve_phases="`after` of a phase changes the state", solve_dae_ensemble=BEHIND,
         ),
         in_key="code",
@@ -282,7 +283,7 @@ ALL_OPTIONS = (
         "Schedules that follow the `events`, ``fastdyn.at(at)`` and ``fastdyn.every(every)``: "
         "exact times, at which a step ends and `on_event` acts as at an event.",
         refused=_not(
-            "energy_drift", "SciPy", "second pass",
+            "past again", "energy_drift", "SciPy", "second pass",
             solve_phases="`after` of a phase changes the state", solve_dae_ensemble=ONE_BY_ONE,
         ),
         in_key=True,
@@ -290,7 +291,7 @@ ALL_OPTIONS = (
     Option(
         "every", "", "",
         refused=_not(
-            "SciPy", "second pass",
+            "past again", "SciPy", "second pass",
             solve_phases="`after` of a phase changes the state", solve_dae_ensemble=ONE_BY_ONE,
         ),
         in_key=True,
@@ -308,7 +309,8 @@ ALL_OPTIONS = (
         "breakpoints", "array_like of float",
         "Times at which `fun` has a kink or a jump: adaptive methods end a step there.",
         adaptive, kind=kinds.times,
-        refused=_not("energy_drift", "SciPy", solve_dae_ensemble=BEHIND), in_key=True,
+        refused=_not("past again", "energy_drift", "SciPy", solve_dae_ensemble=BEHIND),
+        in_key=True,
     ),
     Option(
         "project", "callable",

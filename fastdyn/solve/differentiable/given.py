@@ -78,7 +78,7 @@ def call_of(
     t0, tf = validate.time_span(t_span)
     if not math.isfinite(tf):
         raise ValueError(f"`t_span` ends at {tf}: derivatives need a finite span.")
-    times = np.array(validate.output_times([tf] if t_eval is None else t_eval, t0, tf))
+    times = validate.output_times([tf] if t_eval is None else t_eval, t0, tf)
     if not len(times):
         raise ValueError("`t_eval` is empty: there is nothing to return.")
     schedules.checked(events, options, t0, tf)
@@ -91,7 +91,7 @@ def call_of(
     held = apart(_arguments(library, args), library.holds, rows=True)
     if any(held.trees):
         fun = held.function(fun)
-        events = [held.function(each) for each in watched]
+        events = [held.event(each) for each in schedules.listed(events, {}) or ()]
         _refuse_functions(options)
     given = (_state(library, y0), *held.leaves)
     places = tuple([i for i, value in enumerate(given) if library.holds(value)])

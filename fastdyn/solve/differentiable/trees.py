@@ -10,7 +10,8 @@ import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-ATTRIBUTES = ("terminal", "direction")  # of event functions
+from fastdyn.problem.events import Event
+from fastdyn.problem.schedules import Schedule
 
 
 class Tree(NamedTuple):
@@ -89,8 +90,15 @@ class Apart(NamedTuple):
         return whole(self.trees, leaves)
 
     def function(self, fun) -> Any:
-        """A function of (t, y, *leaves), the same for the same function and trees."""
-        return fun if not any(self.trees) else of_leaves(fun, self.trees)
+        """A function of (t, y, *leaves)."""
+        return fun if not any(self.trees) else of_leaves(fun, _one(self.trees))
+
+    def event(self, event) -> Any:
+        """An event as one of (t, y, *leaves), with the rules that it has now; schedules stay."""
+        if not any(self.trees) or isinstance(event, Schedule):
+            return event
+        event = Event.of(event)
+        return event.like(self.function(event.function))
 
 
 def apart(args, holds, rows=False, labels=None):
@@ -111,6 +119,11 @@ def whole(trees, leaves):
 
 
 @functools.lru_cache(256)
+def _one(trees):
+    """One object for equal trees: traces look at the identity of what a function uses."""
+    return trees
+
+
 def of_leaves(fun, trees):
     """``fun(t, y, *args)`` as a function of the leaves of its arguments."""
 
@@ -118,7 +131,4 @@ def of_leaves(fun, trees):
         return fun(t, y, *whole(trees, leaves))
 
     of_leaves.__name__ = of_leaves.__qualname__ = getattr(fun, "__name__", "fun")
-    for name in ATTRIBUTES:
-        if hasattr(fun, name):
-            setattr(of_leaves, name, getattr(fun, name))
     return of_leaves
