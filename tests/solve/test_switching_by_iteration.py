@@ -5,6 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
+import scipy.integrate
 
 import fastdyn
 from fastdyn.trace.switching import divisions
@@ -44,6 +45,37 @@ def work(monkeypatch):
 
     monkeypatch.setattr(divisions.Divisions, "found", counted)
     return spent
+
+
+@pytest.fixture
+def operations(monkeypatch):
+    """The operations of searches, one item a search."""
+    spent = []
+    found = divisions.Divisions.found
+
+    def counted(self, end):
+        result = found(self, end)
+        spent.append(self._operations)
+        return result
+
+    monkeypatch.setattr(divisions.Divisions, "found", counted)
+    return spent
+
+
+def test_decisions_by_long_formulas_are_searched_in_few_operations(operations):
+    """The least distance to 150 times takes formulas of 150 terms, at which 150 decisions look."""
+    times = np.linspace(0.0, 20.0, 150)
+    heights = np.sin(3.0 * times)
+
+    def held(t, y):
+        distance = np.abs(times - t)
+        return [heights @ (distance == distance.min()) - y[0]]
+
+    with pytest.warns(fastdyn.SwitchingWarning, match="too long to search"):
+        found = fastdyn.prepare(held, (0, 20), [0.0], method="RK45", max_step=0.02)([0.0])
+    theirs = scipy.integrate.solve_ivp(held, (0, 20), [0.0], max_step=0.02)
+    assert found.nfev == theirs.nfev and np.allclose(found.y, theirs.y, rtol=0, atol=1e-12)
+    assert max(operations) < 2 * divisions.MOST_OPERATIONS
 
 
 def test_an_iteration_that_converges_is_searched_in_few_numbers(work):

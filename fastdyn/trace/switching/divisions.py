@@ -19,6 +19,9 @@ HALVINGS = 54
 # Numbers computed in one search, for each member, after which it is given up: 0.2 s.  An iteration
 # that ends by a tolerance near rounding decides by noise, at as many times as are looked at.
 MOST_WORK = 2**25
+# Operations on arrays, however short, after which a search ends: 0.3 s.  Where a function looks for
+# the nearest entry of a table, it decides as often as the table has entries, by formulas as long.
+MOST_OPERATIONS = 2**16
 # Samples that change their sign more often show rounding, of the residual of an iteration say, or
 # an oscillation that they do not resolve.
 NOISY = 0.25
@@ -27,7 +30,8 @@ NOISY = 0.25
 class Divisions:
     """One search for at most `most` switching times, sorted by member and time.
 
-    If it is not `sampled`, or took too long, those of expressions that are sampled are missing.
+    If it is not `sampled`, or took too long, those of expressions that are sampled are missing; if
+    it took too many operations, those of the expressions that were left.
     """
 
     def __init__(self, switches, values, varying, first, last, count, most, sampled=True):
@@ -44,6 +48,7 @@ class Divisions:
         self._intervals: Any = None
         self._grids: dict = {}  # members, times and known values of the samples, by their number
         self._work = 0
+        self._operations = 0
         self.partly = not sampled
 
     def value(self, node, member, t):
@@ -54,7 +59,9 @@ class Divisions:
         found: dict = next((known for _, at, known in self._grids.values() if at is t), {})
         before = len(found)
         values = evaluate(self.of.graph, [node], t, (), given, found=found)[0][0]
-        self._work += max(len(found) - before, 0) * len(t)
+        new = max(len(found) - before, 0)
+        self._work += new * len(t)
+        self._operations += new
         return values
 
     def found(self, end) -> Candidates:
@@ -62,6 +69,9 @@ class Divisions:
         kinds: dict = {}
         with np.errstate(all="ignore"):
             for node in self.of.nodes:
+                if self._operations > MOST_OPERATIONS:
+                    self.partly = True
+                    break
                 kinds[node.key] = self._kind(node, [kinds.get(a.key, CONSTANT) for a in node.args])
         member, times = (
             map(np.array, zip(*sorted(set(self.at_ends)), strict=True))
