@@ -130,7 +130,8 @@ def warn_once(fun, reason):
     plain = plain_function(fun)
     if reason != SWITCHED_OFF and not re.search(r", line \d+\)$", reason):
         code = _code_of_user(plain)
-        reason = located(reason, code and (code.co_filename, code.co_firstlineno))
+        known = code is not None and of_user(code.co_filename)
+        reason = located(reason, (code.co_filename, code.co_firstlineno) if known else None)
     name = name_of(fun)
     identity = reason if reason == SWITCHED_OFF else (type(fun), code_of(plain), name)
     if _warned.get(identity):

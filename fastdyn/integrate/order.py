@@ -7,19 +7,20 @@ from fastdyn.compile.python_callback import FORMS_OF_CODE
 FORM = "y, t, *args"  # of the function, for sentences
 
 
-def time_first(func, tfirst):
-    """``fun(t, y, *args)`` of a function that takes y first, unless `tfirst` is set.
+def time_first(fun, tfirst):
+    """The function of (t, y, *args) of a function that takes y first, unless `tfirst` is set.
 
-    The function is a cell of the closure, whose code is part of the keys of traces.
+    The user's function is the cell `fun` of the closure: its code is part of the keys of traces,
+    and sentences name its lines.
     """
     if tfirst:
-        return func
+        return fun
 
-    def fun(t, y, *args):
-        return func(y, t, *args)
+    def turned(t, y, *args):
+        return fun(y, t, *args)
 
-    fun.__qualname__ = getattr(func, "__qualname__", type(func).__qualname__)  # for sentences
-    return fun
+    turned.__qualname__ = getattr(fun, "__qualname__", type(fun).__qualname__)  # for sentences
+    return turned
 
 
 FORMS_OF_CODE[time_first(abs, False).__code__] = FORM  # pyright: ignore

@@ -104,6 +104,23 @@ def test_effects_happen_once_each(compilations, monkeypatch):
     assert len(compilations) < 5  # the next trial is ever farther
 
 
+def test_a_warning_names_the_line_of_the_function(monkeypatch):
+    """Where no operation shows the reason, but what the function returns or holds."""
+    monkeypatch.setattr(few, "MOST", 0)
+
+    class Kept:
+        out = np.zeros(2)
+
+        def rates(self, y, t):
+            self.out[:] = [y[1], -y[0]]
+            return self.out
+
+    kept = Kept()
+    line = Kept.rates.__code__.co_firstlineno
+    with pytest.warns(CompileWarning, match=rf"changes an array \(.*test_few.py, line {line}\)"):
+        odeint(kept.rates, [1, 0], np.linspace(0, 1, 5))
+
+
 def test_an_exception_is_raised_once_with_its_note():
     times = []
 
