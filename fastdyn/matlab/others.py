@@ -137,7 +137,7 @@ def bvpinit(x, yinit, parameters=None) -> dict:
     """
     x = np.ravel(np.asarray(x, float))
     guess: Any = yinit
-    columns = [np.ravel(guess(each) if callable(yinit) else guess) for each in x]
+    columns = [_numbers(guess(each) if callable(yinit) else guess) for each in x]
     return {"x": x, "y": np.array(columns, float).T, "parameters": parameters}
 
 
@@ -179,6 +179,16 @@ def bvp5c(odefun, bcfun, solinit, options=None) -> BoundarySolution:
     return _solve_boundary("bvp5c", odefun, bcfun, solinit, options)
 
 
+def _numbers(found):
+    """The numbers of a list, one behind the other, as of MATLAB's ``[a; b]``.
+
+    A single unknown parameter is an array of one number, and so is a formula with it.
+    """
+    if isinstance(found, list | tuple):
+        return np.concatenate([np.ravel(each) for each in found])
+    return np.ravel(found)
+
+
 def _solve_boundary(name, odefun, bcfun, solinit, options):
     from fastdyn.solve.boundary.solve import solve_bvp
 
@@ -189,11 +199,11 @@ def _solve_boundary(name, odefun, bcfun, solinit, options):
     p = None if parameters is None or not np.size(parameters) else np.ravel(parameters)
 
     def fun(x, y, *p):
-        columns = [np.ravel(odefun(x[i], y[:, i], *p)) for i in range(len(x))]
+        columns = [_numbers(odefun(x[i], y[:, i], *p)) for i in range(len(x))]
         return np.stack(columns, axis=1)
 
     def bc(ya, yb, *p):
-        return np.ravel(bcfun(ya, yb, *p))
+        return _numbers(bcfun(ya, yb, *p))
 
     tol = given.get("RelTol", TOLERANCES["rtol"])
     result: Any = solve_bvp(fun, bc, solinit["x"], solinit["y"], p, tol=tol)

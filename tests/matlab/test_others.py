@@ -104,6 +104,12 @@ def test_boundary_value_problems(solver):
     again = solver(mathieu, lambda a, b, p: [a[1], b[1], a[0] - 1], sol, odeset("RelTol", 1e-6))
     assert abs(again.parameters[0] - 17.0966) < 1e-4
 
+    def as_in_matlab(x, y, p):  # where one parameter is a number
+        return [y[1], -(p - 10 * np.cos(2 * x)) * y[0]]
+
+    same = solver(as_in_matlab, lambda a, b, p: [a[1:], b[1], a[:1] - 1], guess)
+    assert np.array_equal(same.parameters, sol.parameters)
+
 
 def test_odeplot_draws_while_a_solver_runs():
     import matplotlib.pyplot as plt
