@@ -4,7 +4,8 @@ A method calls `fun` at trial states, some of them twice, and steps back: the re
 function depends on the order of the calls.  Counters and logs do not matter, as no result depends
 on them, nor do values kept because they are expensive, which depend on t and y alone.
 
-The source of the function is read, not run.  What is not seen gets no warning.
+The source of the function is read, not run, and so is that of the user's functions and objects
+that the function calls and computes with.  What is not seen gets no warning.
 """
 
 import ast
@@ -14,7 +15,9 @@ import textwrap
 import types
 from typing import NamedTuple
 
-from .callables import plain_function
+from fastdyn.words.user_lines import of_user
+
+from .callables import EMPTY, plain_function
 from .sentences import CompileWarning, name_of, warn
 
 ADDERS = {"append", "appendleft", "extend", "insert", "add", "update", "pop", "popleft"}
@@ -23,13 +26,14 @@ SETTERS = {"clear", "fill"}
 
 def warn_if_remembered(fun):
     """Warn, in each solve, of a function that computes with what it has kept."""
-    kept = remembered(fun)
-    if kept is None:
+    found = _keeper(fun)
+    if found is None:
         return
+    keeper, kept = found
     warn(
-        f"{name_of(fun)} keeps `{kept}` from call to call and computes with it. A method calls it "
-        "at trial states, and again at earlier times, so that the result depends on the order of "
-        f"the calls, and on the method. Make `{kept}` a component of the state, or a state that "
+        f"{name_of(keeper)} keeps `{kept}` from call to call and computes with it. A method calls "
+        "it at trial states, and again at earlier times, so that the result depends on the order "
+        f"of the calls, and on the method. Make `{kept}` a component of the state, or a state that "
         "changes at known times only: `discrete=` with `every=`.",
         CompileWarning,
     )
@@ -37,26 +41,88 @@ def warn_if_remembered(fun):
 
 def remembered(fun):
     """The name of a value that a function keeps and computes with; None if none is seen."""
+    found = _keeper(fun)
+    return found and found[1]
+
+
+def _keeper(fun, seen=()):
+    """The function that keeps a value, and the name of the value; None if none is seen.
+
+    That is `fun`, or a function of the user's that it calls, and on whose value its own depends.
+    """
     plain = plain_function(fun)
-    if not isinstance(plain, types.FunctionType):
+    if not isinstance(plain, types.FunctionType) or plain.__code__ in seen:
         return None
     bound = inspect.ismethod(fun) or not isinstance(fun, types.FunctionType | functools.partial)
-    return _remembered(plain.__code__, bound)
+    kept, named = _remembered(plain.__code__, bound, bool(seen))
+    if kept is not None:
+        return fun, kept
+    for name in named:
+        called = _named(fun, plain, name, bound)
+        code = getattr(plain_function(called), "__code__", None)
+        if code is not None and of_user(code.co_filename):
+            found = _keeper(called, (*seen, plain.__code__))
+            if found is not None:
+                return found
+    return None
+
+
+def _named(fun, plain, name, bound):
+    """What a name as ``control`` or ``self.control`` stands for in a function; None if unknown.
+
+    No code of the user runs: a property has no value here.
+    """
+    root, *parts = name.split(".")
+    if bound and plain.__code__.co_varnames[:1] == (root,):
+        found = getattr(fun, "__self__", fun)
+    else:
+        found = _variable(plain, root)
+    for part in parts:
+        owner = found
+        found = inspect.getattr_static(owner, part, None)
+        if isinstance(found, types.FunctionType) and not isinstance(owner, types.ModuleType | type):
+            found = types.MethodType(found, owner)
+    return found
+
+
+def _variable(function, name):
+    """The value of a variable outside of a function; None if there is none."""
+    cells = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
+    if name not in cells:
+        return function.__globals__.get(name)
+    return None if cells[name] == EMPTY else cells[name].cell_contents
 
 
 @functools.lru_cache(256)
-def _remembered(code, bound):
+def _remembered(code, bound, called):
+    """The value that a function keeps and computes with, and the names on which its result depends.
+
+    All arguments of a function that is `called` are its own; those of `fun` behind t and y are not.
+    """
+    nothing = None, ()
     try:
         (node,) = ast.parse(textwrap.dedent(inspect.getsource(code))).body
     except (OSError, TypeError, SyntaxError, ValueError):
-        return None
+        return nothing
     if not isinstance(node, ast.FunctionDef):
-        return None
-    flow = _Flow(node, bound)
+        own = [n for n in ast.walk(node) if isinstance(n, ast.Lambda) and _is_of(n, code)]
+        if len(own) != 1:
+            return nothing
+        node = own[0]
+    flow = _Flow(node, bound, called)
     for _ in range(2):  # once more, for what a loop or a later line gives to an earlier one
         flow.begin()
-        flow.body(node.body)
-    return flow.found()
+        if isinstance(node, ast.Lambda):
+            flow.result.update(*flow.needs(node.body))
+        else:
+            flow.body(node.body)
+    return flow.found(), tuple(sorted(flow.matter() | flow.tests))
+
+
+def _is_of(node, code):
+    """Whether a lambda may be that of a code."""
+    arguments = [a.arg for a in (*node.args.posonlyargs, *node.args.args)]
+    return tuple(arguments) == code.co_varnames[: code.co_argcount]
 
 
 class _Store(NamedTuple):
@@ -74,14 +140,16 @@ class _Flow:
     A value that a call has set is none that is kept, up to the end of the call.
     """
 
-    def __init__(self, node, bound):
+    def __init__(self, node, bound, called=False):
         names = [a.arg for a in (*node.args.posonlyargs, *node.args.args)]
         found = [n for n in ast.walk(node) if isinstance(n, ast.Name)]
         declared = [n for n in ast.walk(node) if isinstance(n, ast.Global | ast.Nonlocal)]
         own = {n.id for n in found if isinstance(n.ctx, ast.Store)}
         own -= {name for each in declared for name in each.names}
         first = 1 if bound or names[:1] == ["self"] else 0
-        self.local, self.own = own | set(names[first : first + 2]), set(names[:first])
+        given = names[first:] if called else names[first : first + 2]
+        self.local = own | set(given)
+        self.own = set(names[:first])
         self.copied: dict = {}  # what names depend on: as copies, and by a formula
         self.computed: dict = {}
         self.begin()
@@ -221,8 +289,8 @@ class _Flow:
             store = _Store(frozenset({place[1]}), when == "always", False, False)
             self.stores.setdefault(place[1], []).append(store)
 
-    def found(self):
-        """The first kept value on which the result depends, and which depends on earlier calls."""
+    def matter(self):
+        """The kept values on which the result depends."""
         matter = set(self.result)
         while (
             more := {
@@ -231,6 +299,11 @@ class _Flow:
             - matter
         ):
             matter |= more
+        return matter
+
+    def found(self):
+        """The first kept value on which the result depends, and which depends on earlier calls."""
+        matter = self.matter()
         for key, stores in self.stores.items():
             depends = any(key in s.by or (s.always and s.read_before) for s in stores)
             latches = any(s.latches for s in stores) and not any(s.always for s in stores)

@@ -92,9 +92,68 @@ def closure():
     return fun
 
 
+def controlled(t, error, gain=2.0):
+    global total, last
+    total += error * (t - last)
+    last = t
+    return gain * error + 0.5 * total
+
+
+def calls_a_controller(t, y):
+    force = controlled(t, 1 - y[0])
+    return [y[1], force - 0.7 * y[1]]
+
+
+class Sampled:
+    """A controller that is called, and the plant that calls it."""
+
+    def __init__(self):
+        self.sum, self.at, self.calls = 0.0, 0.0, 0
+
+    def __call__(self, t, error):
+        if t - self.at > 0.01:
+            self.sum += error * (t - self.at)
+            self.at = t
+        return 5.0 * error + self.sum
+
+    def rates(self, t, y):
+        self.note(t)
+        return [y[1], self(t, 1 - y[0]) - y[1]]
+
+    def feedback(self, t, y):
+        return self.law(t, 1 - y[0])
+
+    def law(self, t, error):
+        self.sum = self.sum + error
+        return [self.sum]
+
+    def note(self, t):
+        self.calls += 1
+        return self.calls
+
+
+controller = Sampled()
+
+
+def sums(t, y, out):
+    out[0] += y[0]
+    out[1] = out[0] + t
+    return out
+
+
+def calls_helpers(t, y):
+    """A counter whose value is not used, and a function that writes to what it is given."""
+    controller.note(t)
+    counter(t, y)
+    found = sums(t, y, np.zeros(2))
+    return [-found[1]]
+
+
 @pytest.mark.parametrize(
     "fun, name",
     [
+        (calls_a_controller, "total"), (Sampled().feedback, "self.sum"),
+        (lambda t, y: [y[1], controller(t, 1 - y[0]) - y[1]], "self.sum"),
         (pid, "total"), (derivative_part, "last"), (latch, "fired"),
         (latch_that_returns, "fired"), (thermostat, "heats"), (delayed, "log"),
         (Controller().rates, "self.sum"), (Controller().items, "self.memory['sum']"),
@@ -198,8 +257,9 @@ def of_modes(t, y):
 
 @pytest.mark.parametrize(
     "fun",
-    [counter, limited, logger, told_once, from_cache, from_cache_at_once, held_value, held_copy,
-     in_a_buffer, in_a_buffer_by_a_loop, of_modes, writes_to_its_state, lambda t, y: -y, abs],
+    [counter, calls_helpers, limited, logger, told_once, from_cache, from_cache_at_once,
+     held_value, held_copy, in_a_buffer, in_a_buffer_by_a_loop, of_modes, writes_to_its_state,
+     lambda t, y: -y, abs],
 )  # fmt: skip
 def test_what_changes_no_result_is_left_alone(fun):
     assert remembered(fun) is None
@@ -244,6 +304,12 @@ class Integrator:
     def of_sizes(this, t, y):
         this.seen = this.sizes
         return [this.sizes[0] - y[0]]
+
+
+@pytest.mark.filterwarnings("ignore:.* cannot be compiled")
+def test_the_function_that_keeps_is_named():
+    with pytest.warns(fastdyn.CompileWarning, match="^controlled keeps `total` .* `discrete="):
+        fastdyn.solve_ivp(calls_a_controller, (0, 0.5), [0.0, 0.0])
 
 
 def test_objects_of_any_name_and_members_of_enumerations():
