@@ -116,6 +116,20 @@ def test_complex_numbers_from_outside_are_parameters():
     assert reader(found.reads)(fun, (2.0j, matrix[:1])) is None
 
 
+@pytest.mark.parametrize("kind", [np.complex64, np.clongdouble])
+def test_numbers_that_are_rounded_otherwise_are_numpys(kind):
+    """Their operations on each other are NumPy's own; beside the state they are refused."""
+    number = kind(1 + 1j) / kind(3)
+    found = trace(lambda t, y, a: [float(abs(a)) * y[0]], (number,), 1, (1,))
+    assert not found.reads.groups
+    values, _ = evaluate(found.graph, found.outputs, np.zeros(1), np.ones((1, 1)), np.empty(0))
+    assert float(values[0].item()) == float(abs(number))
+    assert reader(found.reads)(found.reads.roots[0], (2 * number,)) is None
+    assert reader(found.reads)(found.reads.roots[0], (number + kind(0),)) is not None
+    with pytest.raises(Untraceable, match=number.dtype.name):
+        trace(lambda t, y, a: a * y, (number,), 1, (1,), complex_state=True)
+
+
 @pytest.mark.parametrize(
     "fun",
     [lambda t, z: z.sort(), lambda t, z: np.floor(z), lambda t, z: [1j * z[0], int(z[1])]],

@@ -111,7 +111,7 @@ class Outside:
         builtin = kind.__module__ in OF_LIBRARIES
         if kind is int or kind is float or kind is np.float64 or (kind is bool and self._vary(row)):
             return self._number(value, row)
-        if builtin and isinstance(value, complex | np.complexfloating) and not self.fixed(row):
+        if (kind is complex or kind is np.complex128) and not self.fixed(row):
             reads.expect(row, "number", kind)
             return numbers.complex_number(self, value, row)
         if (builtin and isinstance(value, ATOMS)) or kind.__module__ == "dataclasses":

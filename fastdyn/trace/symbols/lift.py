@@ -28,7 +28,7 @@ def symbol(g, value, py=None) -> Any:
         with contextlib.suppress(OverflowError):
             return Symbol(g, g.const(float(value)).key, "i", isinstance(value, int))
         refuse("a whole number beyond the range of floats")
-    if isinstance(value, np.floating) and type(value) is not np.float64:
+    if isinstance(value, np.inexact) and kind not in (np.float64, np.complex128):
         refuse(f"a number of {value.dtype} beside what depends on the state")
     if isinstance(value, float | np.floating | Fraction):
         return Symbol(g, g.const(float(value)).key, "f", not isinstance(value, np.generic))
