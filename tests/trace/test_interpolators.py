@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp as reference
 
 import fastdyn
 from fastdyn.trace.graph.evaluate import evaluate
+from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.paths.runs import trace
 
@@ -149,6 +150,26 @@ def test_interp(seed):
     for right in (False, True):
         agrees(lambda v, right=right: np.digitize(v, x, right), points)
         agrees(lambda v, right=right: np.digitize(v, x[::-1], right), points)
+
+
+@pytest.mark.few
+@pytest.mark.parametrize("seed", range(4))
+def test_the_nearest_entry_of_a_table(seed):
+    """Equal entries, equal distances, entries in any order; a search, where they rise."""
+    rng = np.random.default_rng(seed)
+    x = np.sort(rng.normal(size=40).round(seed))
+    points = np.concatenate([places(rng, x), rng.normal(size=20).round(seed + 1)])
+    with np.errstate(all="ignore"):
+        agrees(lambda v: np.argmin(np.abs(x - v)), points)
+        agrees(lambda v: abs(v - x).argmin(), points)
+        agrees(lambda v: np.argmin(np.abs(x[::-1] - v)), points)
+        agrees(lambda v: np.argmin((x - v) ** 2), points)
+
+    found = trace(lambda t, y: [np.argmin(np.abs(x - y[0]))], (), 1, (1,))
+    assert sum(node.op == "search" for node in live(found.outputs)) == 2
+    far = np.array([0.5, 1e17])  # from where all entries are as near, by rounding
+    raising = evaluate(found.graph, [], 0 * far, far[None], found.graph.values, [found.raising])[1]
+    assert raising.tolist() == [[False, True]]
 
 
 def test_in_between_of_complex_numbers():

@@ -94,6 +94,8 @@ USES = {
     "interp of columns": lambda t, y: np.interp(t, KNOTS, WIDE[:, 2]) - y,
     "interp of rows": lambda t, y: np.interp(t, KNOTS, WIDE.T[1]) - y,
     "search": lambda t, y: TAB[np.searchsorted(KNOTS, t)] - y,
+    "nearest": lambda t, y: TAB[np.argmin(np.abs(KNOTS - t))] - y,
+    "nearest to the state": lambda t, y: TAB[abs(y[0] - KNOTS).argmin()] - y,
     "bins": lambda t, y: TAB[np.digitize(y[0], KNOTS) % 50] - y,
     "falling bins": lambda t, y: 0.01 * np.digitize(y[0], KNOTS[::-1]) - y,
     "clipped": lambda t, y: TAB[min(max(int(500 * t) - 50, 0), len(TAB) - 1)] - y,
@@ -116,6 +118,7 @@ CHANGES = {
     "entry": (TAB, slice(None)), "two columns": (WIDE, slice(None)), "sum": (WIDE, 0),
     "whole numbers": (WHOLE, slice(None)), "list": (LIST, 3), "of tuples": (TUPLES, 2),
     "of rows": (ROWS, 3), "mixed": (MIXED, 30), "interp": (HEIGHTS, 100), "search": (KNOTS, 120),
+    "nearest": (KNOTS, 120),
     "a known place": (HEIGHTS, slice(None)), "truth": (TRUE, slice(0, 50)),
     "iteration": (LIST, 8), "elements": (WIDE, 0),
 }  # fmt: skip
@@ -126,7 +129,7 @@ def test_never_stale(name):
     table, key = CHANGES[name]
     agrees(USES[name])
     before = table[key].copy() if isinstance(table, np.ndarray) else table[key]
-    if name == "search":
+    if name in ("search", "nearest"):
         table[key] += 0.001
     elif isinstance(table, np.ndarray):
         table[key] = ~before if table.dtype == bool else before * 2

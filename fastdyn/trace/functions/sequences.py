@@ -4,12 +4,14 @@ from typing import Any
 
 import numpy as np
 
+from ..graph.rows import ID
 from ..symbols.arithmetic import call, where
 from ..symbols.lift import joint, symbol
 from ..symbols.symbol import Symbol, graph_of, is_symbolic, refuse
-from .arrays import array_of
+from .arrays import array_of, place_of
 from .ufuncs import as_numpy
 
+LEAST = 9  # entries of a table in which the nearest one is searched
 MAX_SORTED = 32  # 191 exchanges; compiling takes a second for 100 numbers, 3 s for 1000
 
 
@@ -124,6 +126,70 @@ def binned(x, bins, right=False):
     return len(table) - found
 
 
+def place_of_least(a, *args, **kwargs):
+    """np.argmin, of the distances from a number to a table by searches."""
+    found = None if args or kwargs else _nearest(array_of(a))
+    return _place_of_minimum(a, *args, **kwargs) if found is None else found
+
+
+_place_of_minimum = place_of("minimum")
+
+
+def _nearest(distances):
+    """The place of the nearest entry, of ``abs(table - x)``; None of anything else.
+
+    The table never decreases, so that one of the two entries around x is the nearest.  Of equal
+    entries the first one counts.  Where an earlier entry is as near by rounding, Python decides.
+    """
+    g = distances.g
+    table, i = _of_distances(g, distances.ids)
+    name = None if table is None else g.table_name(table)
+    if name is None or not g.ascending(name):
+        return None
+    x = Symbol(g, i)
+
+    def search(v):
+        return Symbol(g, g.map("search", v.ids, data=(name, "left")))
+
+    def entry(place):
+        return Symbol(g, g.map("table", place.ids, data=name))
+
+    def distance(v):
+        return call("absolute", call("subtract", v, x))
+
+    behind = search(x)
+    low = entry(call("maximum", behind - 1.0, 0.0))
+    high = entry(call("minimum", behind, table.size - 1.0))
+    nearest = where(call("less_equal", distance(low), distance(high)), low, high)
+    first = search(nearest)
+    before = entry(call("maximum", first - 1.0, 0.0))
+    as_near = call("equal", distance(before), distance(nearest))
+    g.leaves_to_python_if(call("logical_and", call("greater", first, 0.0), as_near).ids)
+    return Symbol(g, symbol(g, where(call("isnan", x), 0.0, first)).ids, "i")
+
+
+def _of_distances(g, ids):
+    """The ids of a table and of x, whose distances are given; None, None if they are none."""
+    if ids.ndim != 1 or ids.size < LEAST:
+        return None, None
+    row = g.row_at(int(ids[0]))
+    if row is not None:
+        inner = row.args[0] if row.op == "abs" and row.size == ids.size else 0
+        row = None if type(inner) is int else g.row_at(int(inner[0]))
+        if row is None or row.op != "sub" or not np.array_equal(inner, g.ids(row).ravel()):
+            return None, None
+        pair = [np.broadcast_to(a, row.size).tolist() for a in row.args]
+    else:
+        inner = [node.args[0] for node in map(g.node, ids.tolist()) if node.op == "abs"]
+        if len(inner) < ids.size or any(node.op != "sub" for node in inner):
+            return None, None
+        pair = [[node.args[k].key for node in inner] for k in (0, 1)]
+    for table, x in (pair, pair[::-1]):
+        if len(set(x)) == 1:
+            return np.array(table, ID), x[0]
+    return None, None
+
+
 def bisected(plain, side):
     """A function of `bisect`; NaN comes first in bisect_left and last in bisect_right."""
 
@@ -142,5 +208,5 @@ def bisected(plain, side):
 FUNCTIONS: dict[Any, Any] = {
     np.cumsum: _accumulate("add"), np.cumprod: _accumulate("multiply"),
     np.sort: in_order, np.partition: lambda a, kth, *axis, **named: in_order(a, *axis, **named),
-    np.searchsorted: whereabouts, np.digitize: binned,
+    np.searchsorted: whereabouts, np.digitize: binned, np.argmin: place_of_least,
 }  # fmt: skip
