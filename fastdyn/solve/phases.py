@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable, Hashable, Mapping
+from itertools import repeat
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from fastdyn.compile.python_callback import value_of
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.output.arguments import TOLERANCE
+from fastdyn.kernels.output.meetings import APART
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.events import Event
 from fastdyn.problem.options.docstrings import filled
@@ -117,13 +119,10 @@ def _solved(phases, first, asked, max_phases):
     seen = [0] * len(events)
     last = [math.nan] * len(events)
     steps_left = options.pop("max_steps", None)
-    direction = 1.0 if tf >= t else -1.0
     segments = []
     log = []
     ended = None
     jumps = [False]
-    status = -1
-    message = f"`max_phases={max_phases}` was reached"
     while len(segments) < max_phases:
         if not isinstance(name, Hashable) or name not in phases:
             known = ", ".join(map(repr, phases))
@@ -132,14 +131,16 @@ def _solved(phases, first, asked, max_phases):
         phase = phases[name]
         wanted = t_eval
         if t_eval is not None:
-            ahead = direction * (t_eval - t)
+            ahead = t_eval - t if tf >= asked.t0 else t - t_eval
             wanted = t_eval[ahead > 0.0 if segments else ahead >= 0.0]
         given = {**options, **phase.options}
         if "breakpoints" in given:
             given["breakpoints"] = within(given["breakpoints"], t, tf)
         if steps_left is not None:
             given["max_steps"] = steps_left
-        watched = [_crossed(phase, ended, asked, given, y), *map(_gone_on, events, seen, last)]
+        near = _near(asked, given, t)
+        watched = [_crossed(phase, ended, asked, given, y, near)]
+        watched += map(_gone_on, events, seen, last, repeat((t, near)))
         segment = automatic.solved(
             checked(
                 phase.fun, (t, tf), y, given.pop("method", asked.method), wanted,
@@ -159,7 +160,8 @@ def _solved(phases, first, asked, max_phases):
         status, message = segment.status, segment.message
         if message.startswith("`max_steps"):
             message = f"All the `max_steps` were taken at t = {end:.10g}: raise it."
-        if status != 1 or not len(ends):  # the end, a failure, or one of the user's `events`
+        # The end, a failure, or one of the user's `events`.
+        if status != 1 or not len(ends) or _have_ended(events, seen):
             break
         ended = _Crossing(phase.event, t, end, segment.y_events[0][-1])
         t = end
@@ -201,7 +203,19 @@ class _Crossing(NamedTuple):
     y: np.ndarray
 
 
-def _crossed(phase, crossing, asked, given, y):
+def _have_ended(events, seen):
+    """Whether one of the user's events has occurred as often as ends the motion."""
+    return any(0 < Event.of(event).limit <= n for event, n in zip(events, seen, strict=True))
+
+
+def _near(asked, given, t):
+    """The resolution of two roots at the time t at which a phase begins."""
+    by = METHODS.get(given.get("method", asked.method))
+    unit = unit_of_times(by is not None and not by.has_own_results, t, asked.tf)
+    return 2 * TOLERANCE * (unit + largest_time(given.get("breakpoints"), t, asked.tf))
+
+
+def _crossed(phase, crossing, asked, given, y, near):
     """The event of a phase that begins at y behind a crossing, which does not count twice.
 
     The root may lie before or behind the true one by its resolution, and the function of the same
@@ -216,10 +230,6 @@ def _crossed(phase, crossing, asked, given, y):
     if (found.origin or found.function) is not (before.origin or before.function):
         return found
     t = crossing.t
-    tf = asked.tf
-    by = METHODS.get(given.get("method", asked.method))
-    unit = unit_of_times(by is not None and not by.has_own_results, t, tf)
-    near = 2 * TOLERANCE * (unit + largest_time(given.get("breakpoints"), t, tf))
     same = found.direction != 0.0 and np.array_equal(y, crossing.y)
     if not (same and abs(t - crossing.begun) > near):
         sides = [
@@ -252,10 +262,17 @@ def _check(phases, method, events, max_phases, options):
             raise ValueError(f"the event of phase '{name}' must be terminal: it ends the phase.")
 
 
-def _gone_on(event, n, last):
-    """An event of the user that has occurred n times in earlier phases, the last time at `last`."""
+def _gone_on(event, n, last, begins):
+    """An event of the user that has occurred n times in earlier phases, the last time at `last`.
+
+    `begins` is the time at which the phase begins, where no occurrence counts twice, and the
+    resolution of two roots.
+    """
+    t, near = begins
     event = Event.of(event)
-    return event.changed(limit=event.limit and event.limit - n, last=last)
+    apart = APART * near if abs(t - last) <= APART * near else 0.0
+    limit = event.limit and event.limit - n
+    return event.changed(limit=limit, last=last, wait=max(event.wait, apart))
 
 
 def _joined(segments, log, status, message, keep_start, n_events):

@@ -12,16 +12,17 @@ import numpy as np
 
 from ..calls.user_function import evaluate
 from ..jit.options import INLINED, INTERNAL, njit
-from ..state.record import RAISED, RUNNING, Y
-from ..state.rows import copy_row
+from ..state.record import RAISED, RUNNING
 from .arguments import COUNTS, IN_PARTS
 from .brent import crossing, crossing_from_zero, edge, resolution, takes_edges, value
 from .dense_output import polynomial
 from .meetings import (
     APART,
     ROUNDING,
+    forget_behind,
     near,
     note_meeting,
+    sort,
 )
 from .projection import project_events
 
@@ -140,6 +141,12 @@ def ends_run(e):
     return e.limit > 0 and e.count + 1 >= e.limit
 
 
+@njit(**INLINED)
+def waits(e, last, t):
+    """True if an occurrence at t comes too early behind the last one; NaN before the first."""
+    return abs(t - last) < e.wait
+
+
 @njit(**INTERNAL)
 def never_ends(e, t):
     """True if an event has just changed the state at t, and may not act there again."""
@@ -194,7 +201,7 @@ def settle(kernels, solve, output, events, scratch, t, d, end, meets, acts):
     o = output.record[0]
     table = events.table
     first = o.n_events
-    _sort(events, first, end, s.direction)
+    sort(events, first, end, s.direction)
     end = _drop(events, first, end)
     n, cut = _count(events, first, end)
     if acts is not None:
@@ -216,21 +223,9 @@ def settle(kernels, solve, output, events, scratch, t, d, end, meets, acts):
                     note_meeting(e, t, s.t - s.t_old, e.size)
     if cut < 0:
         accept(table)
+    elif o.lost != 0:
+        o.lost = forget_behind(s, table, table[cut].root)
     return cut
-
-
-@njit(**INTERNAL)
-def _sort(events, first, end, direction):
-    """Sort the notes by time; notes of one time keep their order."""
-    for k in range(first + 1, end):
-        i = events.index[k]
-        t = events.t[k]
-        at = k
-        while at > first and direction * (events.t[at - 1] - t) > 0.0:
-            events.index[at], events.t[at] = events.index[at - 1], events.t[at - 1]
-            at -= 1
-        events.index[at] = i
-        events.t[at] = t
 
 
 @njit(**INTERNAL)
@@ -246,7 +241,7 @@ def _drop(events, first, end):
             if events.index[j] == i:
                 last = events.t[j]
         again = t == last and e.inside == COUNTS and e.jump == 0  # a zero where two steps meet
-        if not (again or abs(t - last) < e.wait):  # NaN before the first occurrence
+        if not (again or waits(e, last, t)):
             events.index[n] = i
             events.t[n] = t
             n += 1
@@ -275,8 +270,31 @@ def _count(events, first, end):
         _take(e, events.t[k])
         if ends:
             e.root = events.t[k]
-            return k + 1, i
+            return _count_at_once(events, k, end, e), i
     return end, NONE
+
+
+@njit(**INTERNAL)
+def _count_at_once(events, k, end, e):
+    """Count the notes that cannot be told from note k, of the event e, which ends the run.
+
+    SciPy leaves out events behind the one that ends a run, in their order at one time.
+    """
+    n = k + 1
+    for j in range(k + 1, end):
+        other = events.table[events.index[j]]
+        at_once = abs(events.t[j] - e.root) <= near(e.root, e.unit)
+        if (
+            at_once
+            and e.inside == COUNTS
+            and other.jump == 0
+            and events.index[j] != events.index[k]
+        ):
+            events.index[n] = events.index[j]
+            events.t[n] = e.root
+            _take(other, e.root)
+            n += 1
+    return n
 
 
 @njit(**INTERNAL)
@@ -292,12 +310,15 @@ def _meet(events, first, n, end, d, s, scratch):
     cut = events.index[n]
     final = NONE
     h = s.t - s.t_old
+    nearly = LIFTS * abs(h)
     polynomial(d, (t - s.t_old) / h, scratch[0])
     if not evaluate_all(table, t, scratch[0], scratch[1]):
         return FAILED
     for k in range(first, end):
         e = table[events.index[k]]
-        if abs(events.t[k] - t) <= near(t, e.unit) or (k > n and _is_over(events, first, k)):
+        if abs(events.t[k] - t) <= near(t, e.unit) or (
+            k > n and _is_over(events, first, k, t, nearly)
+        ):
             jump = JUMP if e.series != 0 else JUMP_OF_SIGNS
             if abs(e.g_new) > jump * e.size:  # behind a jump, the value tells the sign
                 e.noise = 0.0
@@ -324,11 +345,16 @@ def _meet(events, first, n, end, d, s, scratch):
 
 
 @njit(**INTERNAL)
-def _is_over(events, first, k):
-    """True if note k is the first of an event without series, whose g_new is not on g's side."""
+def _is_over(events, first, k, t, nearly):
+    """True if note k is the first of an event without series, whose g_new is not on g's side.
+
+    g_new is the value at t, before the note; rounding explains a distance `nearly`.
+    """
     e = events.table[events.index[k]]
     if e.series != 0:  # whose root is exact, and may be close behind another root
         return False
+    if e.g_new * e.direction < 0.0 or (e.wait > 0.0 and abs(events.t[k] - t) > nearly):
+        return False  # behind a crossing that does not count, and has no note
     for j in range(first, k):
         if events.index[j] == events.index[k]:
             return False
@@ -360,14 +386,3 @@ def _count_met(events, first, n, cut):
         if abs(events.t[k] - t) <= near(t, table[cut].unit):
             table[events.index[k]].active = 1
     return n
-
-
-@njit(**INLINED)
-def evaluate_end(solve, events, scratch, t, reached, d):
-    """Evaluate g_new of each event at the end of a step; False if a function raised."""
-    s = solve.state[0]
-    if reached:
-        copy_row(solve.work[Y], scratch[0])
-    else:
-        polynomial(d, (t - s.t_old) / (s.t - s.t_old), scratch[0])
-    return evaluate_all(events.table, t, scratch[0], scratch[1])

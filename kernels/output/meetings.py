@@ -1,8 +1,10 @@
-"""Events at the times of schedules.
+"""Events at the times of schedules; the notes of events in a step, in the order of their times.
 
 If the zero of an event function cannot be told from the time of a schedule, the event occurs at
 this time, before the schedules act.  Rounding may put the zero before or behind the time.
 """
+
+import numpy as np
 
 from ..calls.user_function import evaluate
 from ..jit.options import INTERNAL, njit
@@ -105,3 +107,29 @@ def have_met(events, t):
         if abs(events[i].t_jump - t) <= near(t, events[i].unit):
             return True
     return False
+
+
+@njit(**INTERNAL)
+def sort(events, first, end, direction):
+    """Sort the notes by time; notes of one time keep their order."""
+    for k in range(first + 1, end):
+        i = events.index[k]
+        t = events.t[k]
+        at = k
+        while at > first and direction * (events.t[at - 1] - t) > 0.0:
+            events.index[at], events.t[at] = events.index[at - 1], events.t[at - 1]
+            at -= 1
+        events.index[at] = i
+        events.t[at] = t
+
+
+@njit(**INTERNAL)
+def forget_behind(s, table, t):
+    """Forget lost crossings behind the event that ends a step at t; 1 if others are left."""
+    left = 0
+    for i in range(len(table)):
+        e = table[i]
+        if s.direction * (e.lost - t) > 0.0:
+            e.lost = e.lost_next = np.nan
+        left |= e.lost == e.lost
+    return left

@@ -223,3 +223,31 @@ def test_a_zero_where_two_steps_meet_occurs_once(method):
     found = run([directed(lambda t, y: at - t, -1), second, touching])
     assert [times.tolist() for times in found.t_events] == [[at]] * 3
     assert found.t[-1] == 3.0
+
+
+AT_SWITCHES = {
+    "counts": (lambda t, y: np.floor(t) - 2.0, [2.0, 3.0]),
+    "from zero": (lambda t, y: 1.0 if t > 2 else 0.0, [2.0]),
+    "through zero": (lambda t, y: np.where(t < 2, -1.0, np.where(t < 3, 0.0, 1.0)), [2.0, 3.0]),
+    "pulse": (lambda t, y: 1.0 if 2 < t < 3 else 0.0, [2.0, 3.0]),
+    "kink": (lambda t, y: max(0.0, t - 2.0), [2.0]),
+    "zero": (lambda t, y: 0.0 if 2 < t < 3 else -1.0, [2.0, 3.0]),
+}
+
+
+@pytest.mark.few(12)
+@pytest.mark.parametrize("name", AT_SWITCHES)
+@pytest.mark.parametrize("direction", [-1, 0, 1])
+@pytest.mark.parametrize("acts", [None, count])
+@pytest.mark.parametrize("method", ["Tsit5", "Vern9", "Rodas5P", "RK45"])
+def test_edges_at_switching_times_occur(method, acts, direction, name):
+    if method == "RK45" and acts is None:
+        pytest.skip("SciPy's occurrences")
+    function, edges = AT_SWITCHES[name]
+    found = solve_ivp(
+        lambda t, y: [1.0, 0.0], (0, 5.5), [0.0, 0.0], method, on_event=acts,
+        events=directed(function, direction),
+    )  # fmt: skip
+    signs = {"pulse": [1, -1], "zero": [1, -1]}.get(name, [1] * len(edges))
+    expected = [t for t, sign in zip(edges, signs, strict=True) if sign * direction >= 0]
+    assert found.t_events[0].tolist() == expected

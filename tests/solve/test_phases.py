@@ -201,3 +201,37 @@ def test_a_body_at_rest_on_the_ground_does_not_fall_through():
     """Its event is at the start of each phase, and the state behind is the same."""
     run = solve_phases(BALL, "up", (0.0, 1.0), [0.0, 0.0], args=(0.8,), max_phases=20)
     assert run.status == -1 and run.y[0].min() == 0.0
+
+
+@pytest.mark.parametrize("look", [lambda t, y: y[0], lambda t, y: np.sinh(y[0])])
+@pytest.mark.parametrize("method", ["RK45", "DOP853", "Tsit5", "Vern9", "Radau"])
+def test_events_see_the_zeros_that_end_phases(method, look):
+    """With and without a jump behind them, once each."""
+
+    def ground(t, y):
+        return y[0]
+
+    def upwards(t, y):
+        return y[0] - 0.3
+
+    def through(t, y):
+        return look(t, [y[0] - 0.3])
+
+    def falls(t, y):
+        return [y[1], -9.81]
+
+    ground.terminal = upwards.terminal = True
+    ground.direction = -1
+    upwards.direction = 1
+    bouncing = {"up": Phase(falls, ground, lambda t, y: ("up", [0.0, -0.8 * y[1]]))}
+    run = solve_phases(bouncing, "up", (0, 2.0), [1.0, 0.0], method, events=look, **OPTIONS)
+    assert run.t_events[0].tolist() == pytest.approx([end for *_, end in run.phases[:-1]])
+    run = solve_phases(of_a_wave(upwards), "a", (0, 40), [0.0, 1.0], method, events=through,
+                       **OPTIONS)  # fmt: skip
+    turns = 2 * np.pi * np.arange(7)
+    exact = np.sort(np.r_[np.arcsin(0.3) + turns, np.pi - np.arcsin(0.3) + turns])
+    assert run.t_events[0] == pytest.approx(exact[exact < 40], abs=1e-6)
+    through.terminal = 3
+    run = solve_phases(of_a_wave(upwards), "a", (0, 40), [0.0, 1.0], method, events=through,
+                       **OPTIONS)  # fmt: skip
+    assert run.status == 1 and run.t[-1] == pytest.approx(exact[2], abs=1e-6)

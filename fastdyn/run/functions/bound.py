@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.compile import budget
 from fastdyn.compile.bind import bind, bind_matrix
 from fastdyn.compile.derivatives.sensitivities import bind_saltation
 from fastdyn.compile.derivatives.sparse_jacobian import (
@@ -22,6 +23,10 @@ from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.problem.second_order_and_pairs import bind_equations
 
 from .followed import with_room
+
+# Limits of a solve that each event waits for its code, when the equations have used the first one:
+# its values alone do not show each turn of a fast event.  Its code takes 0.03 s as a rule.
+PATIENCE = 3.0
 
 
 def leave_writers_to_scipy(problem, bound, others):
@@ -62,6 +67,9 @@ def _bind(problem, fun, mode, near):
     if not callable(fun):
         return bind_sparse_matrix(fun) if is_sparse(fun) else bind_matrix(fun)
     bound = bind(fun, p.args, mode, n, near)
+    if mode.one_number and getattr(bound.callback, "account", None):
+        with budget.limited(PATIENCE * budget.SECONDS / budget.SHARE):
+            bound = bind(fun, p.args, mode, n, near)
     if mode.matrix and bound.function is None:
         found = value_of(fun, p.args, mode.argument, p.t0, p.y0.copy())
         if is_sparse(found):

@@ -32,7 +32,6 @@ from ..events import (
     SIGN,
     accept,
     changes_sign,
-    evaluate_end,
     is_contact,
     note,
     settle,
@@ -47,7 +46,7 @@ from ..segments import is_border
 from .at_border import note_border
 from .bernstein import WIDTH
 from .inside import note_inside
-from .look import may_turn, second_difference
+from .look import evaluate_end, may_turn, second_difference
 from .phases import is_fast
 from .polynomial_roots import GIVEN, PLACES, ROWS, TURNS, polynomial_roots
 from .roots_in_parts import agrees, roots_in_parts

@@ -6,6 +6,7 @@ from ...calls.user_function import evaluate
 from ...jit.options import INTERNAL, njit
 from ...state.record import Y
 from ...state.rows import copy_row
+from ..brent import takes_edges
 from ..events import FAILED
 
 
@@ -13,8 +14,9 @@ from ..events import FAILED
 def note_border(solve, output, events, scratch, meets, end):
     """Note the events whose functions cross zero at the breakpoint at which a step ends.
 
-    The functions may jump there: g_new becomes the value behind.  Notes that cannot be told from
-    the breakpoint are at the breakpoint.  Returns the new end of the notes, or FAILED.
+    The functions may jump there, also to zero or from zero: g_new becomes the value behind.
+    Notes that cannot be told from the breakpoint are at the breakpoint.  Returns the new end of the
+    notes, or FAILED.
     """
     o = output.record[0]
     t = output.segments[o.i_segment, 2]
@@ -31,8 +33,12 @@ def note_border(solve, output, events, scratch, meets, end):
         e = events.table[i]
         if not evaluate(e.block, behind, y, scratch[1]):
             return FAILED
-        change = scratch[1, 0] - e.g_new
-        crosses = e.g_new < 0.0 < scratch[1, 0] or e.g_new > 0.0 > scratch[1, 0]
+        before = e.g_new
+        after = scratch[1, 0]
+        change = after - before
+        crosses = before < 0.0 < after or before > 0.0 > after
+        if takes_edges(e):
+            crosses = crosses or (before * after == 0.0 and before != after)
         crosses = crosses and change * e.direction >= 0.0
         for k in range(o.n_events, noted):
             crosses = crosses and not (events.index[k] == i and events.t[k] == t)
@@ -41,5 +47,5 @@ def note_border(solve, output, events, scratch, meets, end):
             events.index[end] = i
             events.t[end] = t
             end += 1
-        e.g_new = scratch[1, 0]
+        e.g_new = after
     return end

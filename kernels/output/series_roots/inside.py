@@ -32,11 +32,12 @@ from ..events import (
     rests,
     root_in,
     settle,
+    waits,
 )
 from ..meetings import MET, NEVER, RAISES, distance_to_meet, has_rate, meet_schedule
 from ..segments import is_border
 from .at_border import note_border
-from .lost import forget_behind, note_lost
+from .lost import note_lost
 from .phases import MOST_PARTS, begin_parts, next_part
 from .points import POINTS, WIDTH, changes_of, fill_points, is_rough
 from .shallow import TIME, VALUE, is_noise
@@ -96,11 +97,8 @@ def find_inside(kernels, solve, output, events, scratch, t, reached, ready, d):
         if end == FAILED:
             return FAILED
         t = output.segments[o.i_segment, 2]
-    cut = settle(kernels, solve, output, events, scratch, t, d, end, meets, 1)
-    if lost and cut >= 0:
-        lost = forget_behind(s, table, table[cut].root)
     o.lost |= lost
-    return cut
+    return settle(kernels, solve, output, events, scratch, t, d, end, meets, 1)
 
 
 @njit(**INTERNAL)
@@ -140,7 +138,7 @@ def note_inside(solve, o, events, i, d, t, meets, end, scratch):
                 continue
         before = end
         end = _note_part(solve, o, events, i, d, (points, n, a, b), t, meets, end, scratch)
-        if b == t or raised(e.block) or (end > before and e.jump != 0):
+        if b == t or raised(e.block) or _acts(events, before, end):
             break
         if end > most or part + 1 == MOST_PARTS:
             e.lost = b
@@ -157,6 +155,16 @@ def note_inside(solve, o, events, i, d, t, meets, end, scratch):
 
 
 @njit(**INTERNAL)
+def _acts(events, before, end):
+    """True if one of the notes of an event, from `before` on, changes the state."""
+    for k in range(before, end):
+        e = events.table[events.index[k]]
+        if e.jump != 0 and not waits(e, e.t_last, events.t[k]):
+            return True
+    return False
+
+
+@njit(**INTERNAL)
 def _note_part(solve, o, events, i, d, part, t, meets, end, scratch):
     """Note the occurrences of event i in a part of a step up to t.
 
@@ -169,7 +177,7 @@ def _note_part(solve, o, events, i, d, part, t, meets, end, scratch):
     points, n, a, b = part
     changes = 0
     if n > 0:
-        changes = changes_of(points, n, 0.0)
+        changes = changes_of(points, n, 0.0) + (e.g == 0.0) + (e.g_new == 0.0)
         if _has_zeros(points, n):
             return _note_edges(s, o, events, i, d, (points, n), t, meets, end, scratch)
         if changes > 1 and is_noise(solve, e, d, points, n, scratch):
@@ -224,7 +232,7 @@ def _has_zeros(points, n):
 def _note_edges(s, o, events, i, d, looked, t, meets, end, scratch):
     """Note the occurrences of event i with zeros as `_has_zeros` says; return the end of the notes.
 
-    Only the first if the event changes the state.  `looked` are the points and their number.
+    Up to the first that changes the state.  `looked` are the points and their number.
     """
     points, n = looked
     e = events.table[i]
@@ -250,7 +258,8 @@ def _note_edges(s, o, events, i, d, looked, t, meets, end, scratch):
             root = crossing(e, d, begin, stop, t_old, h, scratch[0], scratch[1])
         touches = now == 0.0 and root == stop and k < n - 1 and points[VALUE, k + 1] * was > 0.0
         if not (known or touches or turn * e.direction < 0.0):
+            before = end
             end = note(o, events, i, root, t, t_old, meets, end)
-            if e.jump != 0:
+            if e.jump != 0 and (end == before or _acts(events, before, end)):
                 return end
     return end

@@ -9,9 +9,10 @@ from ...calls.block import MASS, RAISED_WORD
 from ...calls.user_function import evaluate, words_at
 from ...jit.options import INLINED, INTERNAL, njit
 from ...state.record import Y_OLD, K, Y
+from ...state.rows import copy_row
 from ..arguments import ASKS, COUNTS, IN_PARTS, KEEPS, SERIES, SLOPES, TELLS, WHOLE_STEP
 from ..dense_output import interpolate, polynomial
-from ..events import FAILED, NONE, accept, evaluate_end, find_active
+from ..events import FAILED, NONE, accept, evaluate_all, find_active
 from ..meetings import NEVER, distance_to_meet
 from ..segments import is_border
 from .phases import is_fast
@@ -53,6 +54,17 @@ def look(kernels, solve, output, events, scratch, t, reached, ready, d, acts):
         return BUSY
     accept(table)
     return NONE
+
+
+@njit(**INLINED)
+def evaluate_end(solve, events, scratch, t, reached, d):
+    """Evaluate g_new of each event at the end of a step; False if a function raised."""
+    s = solve.state[0]
+    if reached:
+        copy_row(solve.work[Y], scratch[0])
+    else:
+        polynomial(d, (t - s.t_old) / (s.t - s.t_old), scratch[0])
+    return evaluate_all(events.table, t, scratch[0], scratch[1])
 
 
 @njit(**INTERNAL)

@@ -121,18 +121,6 @@ def _flat(points, n):
 
 
 @njit(**INTERNAL)
-def forget_behind(s, table, t):
-    """Forget lost crossings behind the event that ends a step at t; 1 if others are left."""
-    left = 0
-    for i in range(len(table)):
-        e = table[i]
-        if s.direction * (e.lost - t) > 0.0:
-            e.lost = e.lost_next = np.nan
-        left |= e.lost == e.lost
-    return left
-
-
-@njit(**INTERNAL)
 def _loses(solve, e, d, points, n, scratch):
     """Whether a step has more occurrences of an event than SciPy's; points of noise become zero."""
     while changes_of(points, n, 0.0) > 1 and changes_of(points, n, e.direction) > changes_sign(e):
