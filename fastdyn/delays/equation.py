@@ -213,7 +213,9 @@ class Equation:
         if known is None:
             if 0.0 in self._asked(p.t0, self.history.y0):
                 raise ValueError(NOT_BEFORE.format(0.0))
-            refusal = Attempt(p.fun, p.args, p.mode, len(p.y0)).facts().refusal
+            attempt = Attempt(p.fun, p.args, p.mode, len(p.y0))
+            refusal = attempt.facts().refusal
+            attempt.forget_refusals()
             raise ValueError(
                 f"the delays of `{p.fun.__name__}` are not known, because it cannot be traced"
                 f"{f' ({refusal})' if refusal else ''}: give `delays=`, the constant ones "

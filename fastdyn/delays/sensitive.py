@@ -9,10 +9,10 @@ from fastdyn.compile.functions import BASE
 from fastdyn.compile.sentences import GaveUp
 from fastdyn.problem.schedules import in_order
 from fastdyn.problem.sensitivities import (
-    NEEDS,
     START,
     Variational,
     directions_of,
+    not_traced,
     with_sensitivities,
 )
 from fastdyn.run.solve_problem import run_of
@@ -135,7 +135,7 @@ def solved_in_parts(problem, history, directions, solved):
     try:
         whole = solved(_longer(problem, history, directions))
     except (Uncompilable, GaveUp) as reason:
-        raise ValueError(NEEDS.format("sensitivity", reason)) from None
+        raise not_traced("sensitivity", problem, reason) from None
     at_times = _at_events(problem, history, whole, directions) if whole["t_events"] else None
     result = parted(whole, len(problem.y0), directions)
     if at_times is not None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fastdyn.compile.mode import DERIVATIVE, JUMP, SENSITIVITIES, Mode
 from fastdyn.compile.python_callback import called_with, evaluate
+from fastdyn.compile.traced.known import Attempt
 from fastdyn.kernels.methods import METHODS
 
 from .events import of_own
@@ -388,4 +389,11 @@ def not_differentiable(option, problem, reason):
         evaluate(called_with(p.fun, p.args), p.mode, p.t0, p.y0.copy())
     except Exception as error:
         return error
+    return not_traced(option, p, reason)
+
+
+def not_traced(option, problem, reason):
+    """The ValueError of a problem without derivatives, whose function the next call tries again."""
+    p = problem
+    Attempt(p.fun, p.args, p.mode, len(p.y0)).forget_refusals()
     return ValueError(NEEDS.format(option, reason))

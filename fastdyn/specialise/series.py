@@ -25,7 +25,10 @@ def series_kernel(problem, bound, order=None):
     p = problem
     function = bound.function
     if function is None or function.series is None:
-        reason = Attempt(p.fun, p.args, p.mode, len(p.y0)).why()
+        attempt = Attempt(p.fun, p.args, p.mode, len(p.y0))
+        reason = attempt.why()
+        if not p.reaction.automatic:  # else another method solves
+            attempt.forget_refusals()
         if numpy_errors_are_heard():
             reason = NUMPY_ERRORS
         if reason is None:

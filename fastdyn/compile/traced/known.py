@@ -162,14 +162,15 @@ class Attempt:
         facts = self.facts()
         return facts.acts or not (facts.refusals or self.left.reason)
 
-    def forget_refusals(self, error):
+    def forget_refusals(self, error=None):
         """Let the function be traced again that was refused for an exception which Python raised.
 
-        The next solve sees what the user has mended.  Messages are not compared: they name
-        stand-ins.
+        Without an exception for any reason, of which the caller raises one: no refusal that ends a
+        call is remembered.  The next solve sees what the user has mended.  Messages are not
+        compared: they name stand-ins.
         """
         own = (*self.codes, self.mode)
-        said = f"{type(error).__name__}: "
+        said = "" if error is None else f"{type(error).__name__}: "
         for place, entry in list(TABLE.entries.items()):
             facts = entry.value
             if place[: len(own)] == own and (facts.whole or "").startswith(said):

@@ -93,6 +93,7 @@ def equations(given, varying=()):
     found = traced_function(attempt, near)
     if found is None:
         reason = attempt.facts().refusal
+        attempt.forget_refusals()
         raise ValueError(
             "index reduction needs a function that can be traced, and this one cannot"
             f"{': ' * bool(reason)}{reason or ''}. Equations of index 1 need no reduction."

@@ -6,7 +6,7 @@ from fastdyn.compile.derivatives.sensitivities import decides, jump_of
 from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.make import Near
 from fastdyn.problem.schedules import in_order
-from fastdyn.problem.sensitivities import NEEDS, by_name
+from fastdyn.problem.sensitivities import by_name, not_traced
 from fastdyn.run.functions.compared import off_the_solution
 from fastdyn.run.outcome import NOT_FINITE
 from fastdyn.run.result import OdeResult
@@ -27,7 +27,7 @@ def solve_with_sensitivities(asked, problem, breakpoints):
     try:
         run, index = _run_of(asked, problem, breakpoints)
     except Uncompilable as reason:
-        raise ValueError(NEEDS.format("sensitivity", reason)) from None
+        raise not_traced("sensitivity", problem, reason) from None
     if decides(run.bounds[0]):
         whole = _watched(asked, problem, breakpoints)
     else:
