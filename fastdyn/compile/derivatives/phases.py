@@ -1,12 +1,14 @@
 """The phases of event functions: numbers with which a function turns, though the solution does not.
 
 A step may contain several turns of sin(50 t), or all of a narrow peak exp(-((t - 5) / s)**2): see
-`kernels/output/series_roots/phases.py`, which divides such steps.  Sums, products and roots are
-about as slow as their operands, and have no phases: most event functions have none.  Neither have
-quotients by numbers of the state alone, and the angle of two numbers, whose relative changes the
-steps of the solution follow.
+`kernels/output/series_roots/phases.py`, which divides such steps.  Sums and products are about as
+slow as their operands, and have no phases: most event functions have none.  Neither have quotients
+by numbers of the state alone, and the angle of two numbers, whose relative changes the steps of the
+solution follow.  Roots and logarithms have the logarithm and the sign of their operand: at its zero
+they have a cusp.
 """
 
+import math
 from typing import Any, NamedTuple
 
 from fastdyn.kernels.output.arguments import MOST_PHASES
@@ -16,6 +18,7 @@ from fastdyn.trace.operations import OPERATIONS
 from ..mode import ENTRIES
 
 LOGARITHMS = ("log", "log2", "log10")
+STEEP = 1.5  # of a logarithm as a phase: a number changes by a factor of 2.8 in a part
 
 
 class Phases(NamedTuple):
@@ -57,6 +60,14 @@ def _compiled(traced):
     return Phases(function, *map(len, kinds))
 
 
+def _is_steep(node):
+    """Whether an operation has a pole, or an infinite slope, where its first operand is zero."""
+    if node.op == "pow":
+        exponent = node.args[1]
+        return exponent.op == "const" and not float(exponent.data).is_integer()
+    return node.op in LOGARITHMS or OPERATIONS[node.op].root
+
+
 def _found(graph, outputs):
     """The phases of outputs: operands of periodic functions, of transitions, and divisors."""
     periodic = []
@@ -74,6 +85,11 @@ def _found(graph, outputs):
         fast = timed | moving
         if not any(each.key in fast for each in node.args):
             continue
+        if _is_steep(node):
+            of_zero = of.args[0] if of.op == "abs" else of
+            size = graph.call("log", graph.call("abs", of_zero))
+            periodic.append(graph.mul(graph.const(STEEP), size))
+            periodic.append(graph.call("copysign", graph.const(math.pi), of_zero))
         if node.op == "pow":
             exponent = node.args[1]
             large = exponent.op == "const" and abs(exponent.data) > MAX_EXPONENT
