@@ -227,8 +227,7 @@ class RepeatedEquation(Equation):
         run.problem = run.problem._replace(fun=None, args=())
         run.make_room()
         run.memory = None
-        for bound in run.bounds:
-            bound.held.take(None, ())
+        run.hold_nothing()
 
     def _ended(self):
         run = self.run

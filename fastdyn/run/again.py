@@ -14,9 +14,8 @@ from fastdyn.compile.callables import is_jitted
 from fastdyn.compile.sentences import GaveUp, WritesToState
 from fastdyn.problem.events import Event, with_functions
 
-from .outcome import result_of
 from .ready import ReadyRun
-from .stiffness import notice, watch
+from .stiffness import notice, unexamined, watch
 
 WORDS = 1000  # a state of so many words counts as much as a small run
 
@@ -148,9 +147,11 @@ class Solver(Kind):
 
     def present(self, ready, fun, args, others):
         """The problem of the solve that a ReadyRun has begun."""
-        p = self.problem._replace(schedules=ready.problem.schedules)  # of the span of the run
+        p = self.problem
         y0 = ready.room[: len(p.y0)].copy()
-        return with_functions(p, others)._replace(fun=fun, args=args, y0=y0, **ready.taken())
+        if others or p.schedules:  # those of the span of the run
+            p = with_functions(p._replace(schedules=ready.problem.schedules), others)
+        return p._replace(fun=fun, args=args, y0=y0, **ready.taken())
 
     def ended(self, problem, run):
         """Called after a solve that went on after its first chunk."""
@@ -165,8 +166,9 @@ class Solver(Kind):
             bound.held.take(function, args)
         watch(p, run)
         try:
-            result = result_of(p, ready.go_on(p, memory, status), run)
+            result = ready.finished(p, ready.go_on(p, memory, status))
             self.ended(p, run)
+            ready.most = unexamined(p, run)
         except WritesToState:  # of a function that has not written before: SciPy solves
             return None
         except GaveUp as reason:

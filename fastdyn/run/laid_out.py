@@ -223,8 +223,14 @@ class LaidOut(PythonBetween):
         wanted = min(2 ** int(self.grown.n_points()).bit_length(), MOST_PIECES * output.PIECE)
         n = self.plan.n
         wanted = max(min(wanted, output.PIECE_NUMBERS // n), output.first_piece(n))
-        self._lay_out(self._plan(self.problem, wanted))
-        self._lay_times()
+        plan = self._plan(self.problem, wanted)
+        if plan is self.plan:  # the kernel gets the first pieces again
+            for name in self.grown.arrays():
+                lay(self._words, plan.at[name], 0, plan.arrays[name][3])
+                self._used.pop(name, None)
+        else:
+            self._lay_out(plan)
+            self._lay_times()
         self.grown = None
 
     def take_snapshots(self, places):
@@ -271,6 +277,20 @@ class LaidOut(PythonBetween):
                 callback.begin()
             return self._interruptible(plan.launch, launch)
         return plan.launch(self.launch_at)
+
+    def launch_in_python(self, at):
+        """Start the kernel of functions that all run in Python, by the address of the Launch."""
+        for bound in self.bounds:
+            bound.callback.begin()
+        with Interruptible(self.callbacks):
+            status = self.plan.launch(at)
+        self.hold_nothing()
+        return status
+
+    def hold_nothing(self):
+        """Keep no function and no arguments of the user between solves."""
+        for bound in self.bounds:
+            bound.held.take(None, ())
 
     def stepping(self):
         """The address of the kernel that takes steps."""

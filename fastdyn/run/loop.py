@@ -1,7 +1,7 @@
 """The chunk loop: advance, grow the output, show progress, stop on Ctrl-C."""
 
 import struct
-from time import perf_counter, thread_time
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -105,6 +105,10 @@ class Progress:
         self._last = (t, n_steps, n_at_jumps)
         self._mark = (t, n_steps)
 
+    def from_step(self):
+        """The number of steps from which on `stands` may be true, or may note something."""
+        return 0 if self._series else self._mark[1] + NOWHERE
+
     def stands(self, t, n_steps, n_at_jumps=0):
         """True if the steps since the last call are so short that the end is out of reach."""
         before, taken, at_jumps = self._last
@@ -143,7 +147,13 @@ class Looks:
         self.run = run
         self._crawls_to = crawls_to
         self._progress = Progress(p, p.t0, 0, most=most)
-        self._at = next_look(done - 1)
+        self._at = self._next(done - 1)
+
+    def _next(self, done):
+        """The steps of the next look after `done` steps, without those that can see nothing."""
+        if self.run.at_looks is None:
+            done = max(done, self._progress.from_step() - 1)
+        return next_look(done)
 
     def left(self, done):
         """The number of steps up to the next look, after `done` steps."""
@@ -153,16 +163,19 @@ class Looks:
     def end(self, done):
         """Look after `done` steps; whether the run ends, as no step is short enough."""
         run = self.run
+        samples = run.samples
+        if done < self._at and (samples is None or samples.left(done) > 1):
+            return False
         state = run.view("solve.state")[0]
         if done >= self._at:
             if self._progress.stands(*reached(state)):
                 return True
             if run.at_looks is not None and run.at_looks():
                 return True
-            self._at = next_look(done)
-        if run.samples is None or run.samples.left(done) > 1:
+            self._at = self._next(done)
+        if samples is None or samples.left(done) > 1:
             return False
-        step = run.samples.take(done, float(state["t"]), run.view("solve.work")[Y])
+        step = samples.take(done, float(state["t"]), run.view("solve.work")[Y])
         return step is not None and abs(run.problem.tf - state["t"]) > self._crawls_to * step
 
 
@@ -206,16 +219,16 @@ class Run(LaidOut):
         self.at_end = None
         self.samples = None
 
-    def n_first(self):
-        """The most steps of the first chunk.
+    def n_first(self, most=FIRST_LOOK):
+        """The steps of the first chunk, at most `most`.
 
         Equations in Python are interrupted within a step: their chunks may be long.
         """
         if self.follower() is not None:
             return 1
         if self._own.function is None and not self.watched:
-            return int(min(FIRST_LOOK, self.problem.max_steps))
-        return int(min(CHUNK_SECONDS / self.cost, FIRST_LOOK, self.problem.max_steps))
+            return int(min(most, self.problem.max_steps))
+        return int(min(CHUNK_SECONDS / self.cost, most, self.problem.max_steps))
 
     def follower(self):
         """The object that follows the state between steps, chunks of one step each; or None."""
@@ -232,10 +245,7 @@ class Run(LaidOut):
             if begun is None:
                 first = self.n_first()
                 began = perf_counter()
-                worked = thread_time()
-                status = self.begin(y0, first, self.compared.places())
-                if first:
-                    self.tier.record_time(thread_time() - worked)
+                status = self.tier.timed(self.begin, y0, first, self.compared.places())
                 spent = perf_counter() - began
             else:
                 status, first, spent = begun
@@ -306,8 +316,9 @@ class Run(LaidOut):
 
     def doubts(self, memory):
         """Whether a step of a ReadyRun may have jumped over changes, of which nobody decided."""
-        record = self.plan.view(memory, "output.record")
-        return self.switching is not None and self.switching.doubts(record)
+        if self.switching is None:
+            return False
+        return self.switching.doubts(self.plan.view(memory, "output.record"))
 
     def first_memory(self):
         """The first content of a ReadyRun's memory, and its times of output or None."""
@@ -328,10 +339,12 @@ class Run(LaidOut):
         if file is not None and (saved := file.load()) is not None:
             status = from_arrays(saved, self)
             self.lay_output()
+        if not p.progress:
+            return self._in_chunks(status, chunk, follower, file)
         with time_bar(p.progress, p) as bar:
             return self._in_chunks(status, chunk, follower, file, bar)
 
-    def _in_chunks(self, status, chunk, follower, file, bar):
+    def _in_chunks(self, status, chunk, follower, file, bar=None):
         """`_go_on` behind the preparations; `follower`, `file` and `bar` may be None."""
         p = self.problem
         tier = self.tier
@@ -354,9 +367,7 @@ class Run(LaidOut):
                 if follower is not None:
                     follower.follow(self)
                 began = perf_counter()
-                worked = thread_time()
-                status = self.step(n_steps)
-                tier.record_time(thread_time() - worked)
+                status = tier.timed(self.step, n_steps)
                 spent = perf_counter() - began
                 before = done
                 done = int(state["n_accepted"][0])

@@ -35,7 +35,15 @@ from fastdyn.problem.schedules import in_order
 
 from .dense_output import PiecewisePolynomial, floors_of
 from .functions.undefined import of_undefined
-from .output import OCCURRENCES, Copies, add_parts, as_components, conversion, occurrences
+from .output import (
+    OCCURRENCES,
+    Copies,
+    add_parts,
+    as_components,
+    conversion,
+    occurrences,
+    unshared,
+)
 from .result import FIELDS, FOLLOWING, Ended, OdeResult
 from .stiffness import of_failure
 
@@ -227,12 +235,12 @@ def results(problem, plan, own=None, divided=None):
     def make(memory, grown=None, code=0, message=SUCCESS):
         numbers = memory if words is None else words  # whose address is found in half of the time
         n_accepted, n_rejected, n_extra, k = counts(numbers)
-        copied = None if copies is None else copies[k]
+        copied = None if copies is None or grown is not None else copies[k]
         if copied is not None:
             t = copied[0]()
             y = copied[1]()
         elif grown is not None:
-            t, y = grown.points()
+            t, y = grown.points() if own is None else map(unshared, grown.points())
             y = y.T
         else:
             t = memory[t_begin : t_begin + k]
@@ -291,13 +299,12 @@ def _more(problem, plan, own):
     p = problem
     if p.events is None and not p.dense_output and p.nonnegative is None:
         return None
-    n = plan.n
-    view = plan.view
-    d_begin = plan.arrays["output.d"][0]
-    spans_begin = plan.arrays["output.spans"][0]
-    rows = plan.arrays["output.d"][3][1]
     counts = plan.counts("n_dense", "n_events")
 
+    def parts(memory):
+        return [plan.view(memory, name) for name in ("output.d", "output.spans", *OCCURRENCES)]
+
+    laid = None if own is None else parts(own)
     each_event = range(plan.n_events)
     own_words: Any = None if own is None else memoryview(own)
     new_empty = EMPTY.copy
@@ -308,22 +315,22 @@ def _more(problem, plan, own):
 
     def more(found, copied, memory: Any = own, numbers=own_words, grown=None):
         n_dense, n_events = counts(numbers)
+        polynomials, lengths, index, t, y = laid or parts(memory)
         if dense:
             if grown is not None:
                 d, spans = grown.polynomials()
             else:
-                d = memory[d_begin : d_begin + n_dense * rows * n].reshape(n_dense, rows, n)
-                spans = memory[spans_begin : spans_begin + 2 * n_dense].reshape(n_dense, 2)
-                if own is not None:
-                    d = d.copy()
-                    spans = spans.copy()
+                d = polynomials[:n_dense]
+                spans = lengths[:n_dense]
+            if own is not None:
+                d = unshared(d)
+                spans = unshared(spans)
             found["sol"] = _solution(p, found["t"], d, spans)
         if watched:
             if grown is not None:
                 times, states = occurrences_of(p, *grown.found_so_far())
             elif n_events:
-                took_place = [view(memory, name)[:n_events] for name in OCCURRENCES]
-                times, states = occurrences_of(p, *took_place)
+                times, states = occurrences_of(p, index[:n_events], t[:n_events], y[:n_events])
             else:
                 times = []
                 states = []

@@ -213,8 +213,23 @@ def conversion(problem):
 
 def occurrences(index, t, y, n_events):
     """The fields t_events and y_events: copies of the occurrences, event by event."""
-    which = [index == i for i in range(n_events)]
-    return [t[w] for w in which], [y[w] if w.any() else np.empty(0) for w in which]
+    known = {*index.tolist()}
+    times = []
+    states = []
+    for i in range(n_events):
+        if i not in known:
+            times.append(np.empty(0))
+            states.append(np.empty(0))
+            continue
+        which = index == i if len(known) > 1 else slice(None)
+        times.append(unshared(t[which]))
+        states.append(unshared(y[which]))
+    return times, states
+
+
+def unshared(numbers):
+    """An array, copied if it is a part of another one."""
+    return numbers if numbers.base is None else numbers.copy()
 
 
 def _join(pieces):

@@ -23,16 +23,14 @@ from fastdyn.specialise.builtin import builtin
 from fastdyn.trace.reads.program import same
 
 from .begin import fill_atol, fill_span
-from .functions.interruptible import Interruptible
 from .functions.readers import ARRAY, FLOAT, NUMBERS, is_left, reader_of, taken_from, together
 from .laid_out import new_memory
 from .loop import announce
 from .memory import MEMORY, Y0
-from .outcome import SUCCESS, TERMINATED, results
+from .outcome import SUCCESS, TERMINATED, result_of, results
 from .result import OdeResult
 from .stiffness import MANY
 
-WHOLE = {int}
 FEW_WORDS = 2**14  # memory up to this size is used for all solves, and results are copies
 LOOK_EVERY = 32  # solves after which a faster kernel may take over
 FEWEST_BY_BUILTIN = 16  # solves until a comparison; the first of a process takes 27 ms
@@ -74,6 +72,8 @@ class ReadyRun:
         The `t_span` that was taken last; the same tuple needs no second look.
     last : ndarray or None
         The memory of the last solve.
+    most : int
+        The most steps of a plain solve; longer solves are examined.
     state_sizes : tuple of float or None
         The `sizes`.
     is_traced : bool
@@ -84,10 +84,10 @@ class ReadyRun:
     """
 
     __slots__ = (
-        "_check", "_finish", "_image", "_launch", "_left", "_limited", "_make", "_n", "_n_left",
-        "_own", "_pack_times", "_quick", "_readers", "_result", "_seen", "_segments", "_sides",
-        "_span", "_step", "_switched", "_t_eval", "_times", "_until_look", "first", "go",
-        "in_python", "is_traced", "last", "left", "problem", "room", "run", "sizes", "span",
+        "_check", "_finish", "_image", "_limited", "_make", "_may_build", "_n", "_n_left", "_open",
+        "_own", "_pack_times", "_quick", "_readers", "_result", "_segments", "_sides", "_span",
+        "_stays", "_step", "_switched", "_t_eval", "_times", "_until_look", "first", "go",
+        "in_python", "is_traced", "last", "left", "most", "problem", "room", "run", "sizes", "span",
         "state_sizes",
     )  # fmt: skip
 
@@ -120,36 +120,40 @@ class ReadyRun:
         equations = run.bounds[0].function
         self.is_traced = equations is not None and equations.traced is not None
         self.in_python = any(bound.callback is not None for bound in run.bounds)
-        if self.in_python:  # a warning that is not given yet would keep the function alive
-            announce(run.bounds)
+        announce(run.bounds)  # a warning that is not given yet would keep a function alive
+        self._stays = self._may_build = False
+        self.most = MANY - 1
         self.lay()
 
     def lay(self):
-        """Lay out the next solves, for the present memory and the present stepping kernel."""
+        """Lay out the next solves for the present memory and kernel; little, if both stay."""
         run = self.run
         run.problem = problem = self.problem
         run.memory = None
         self._switched = None
+        before = run.plan
         run.make_room()  # as long as the last output, in another plan
         plan = run.plan
         run.look_no_more()
-        for bound in run.bounds:  # nothing of the user's is kept between solves
-            bound.held.take(None, ())
+        run.hold_nothing()
         words, launch = run.words()
-        self.first = max(1, min(run.n_first(), MANY - 1))  # longer solves are examined
+        self.first = max(1, run.n_first(self.most))
         words[plan.at["n_steps"]] = self.first
         words[plan.at["kernels.advance"]] = run.stepping()
+        may_build = run.compared.left[0] >= FEWEST_BY_BUILTIN
+        stays = self._stays and plan is before and run.tier.open == self._open
+        self._stays = False
+        if stays and may_build <= self._may_build:
+            self.last = self._own
+            return
+        self._n_left, self._open, self._may_build = -1, run.tier.open, may_build
         launch[Y0] = address_of(self.room)
-        self._launch = launch
         kernel = plan.launch
         if self.in_python:
             kernel = self._calling_python
         elif run.tier.open:
             self._until_look = 1
             kernel = self._counting
-        self._left = run.compared.left
-        self._seen = run.compared.sides
-        self._n_left = -1  # this solve may have left a function to Python
         self._sides = [(memoryview(block), i) for i, block in enumerate(run.compared.deciding)]
         self._own = None
         if plan.size <= FEW_WORDS:
@@ -170,9 +174,9 @@ class ReadyRun:
         pack = struct.Struct(f"{self._n}d").pack_into
         least, most = self.state_sizes or (0.0, 0.0)
         read, block = together(self._readers, self.run.switching and self._switch)
-        check, finish, left, sides = self._check, self._finish, self._left, self._sides
+        check, finish, sides = self._check, self._finish, self._sides
         at, own, size, make = self.run.launch_at, self._own, self.run.plan.size, self._result
-        told = self.run.tells_of()
+        told, left = self.run.tells_of(), self.run.compared.left
         in_pairs = self.problem.mode.complex_numbers
         quick = self._quick = self._builtin(kernel, read, block)
         short = self._n <= MOST_IN_A_LIST
@@ -216,7 +220,7 @@ class ReadyRun:
                     self.run.take_snapshots(self.run.compared.most_places)
                 if memory is None:
                     memory = self.last = new_memory(size)
-                    self._launch[MEMORY] = address_of(memory)
+                    self.run.words()[1][MEMORY] = address_of(memory)
                 status = kernel(at)
             if status == BAD_STATE:
                 return None
@@ -236,15 +240,15 @@ class ReadyRun:
         run = self.run
         if kernel is not run.plan.launch or self._own is None or self.state_sizes:
             return None
-        if self._left[0] < FEWEST_BY_BUILTIN or run.problem.mode.complex_numbers:
+        if run.compared.left[0] < FEWEST_BY_BUILTIN or run.problem.mode.complex_numbers:
             return None
         names = run.to_tell()
         told = address_of(self._own) + run.plan.place(names[0]) if names else None
         parts = getattr(self._result, "plain", None)
         if self._sides or len(names) > 1:
             parts = None
-        state = self.room[: self._n]
-        return builtin(kernel, run.launch_at, read, block, self._left, state, told, parts)
+        given = run.compared.left, self.room[: self._n], told, parts
+        return builtin(kernel, run.launch_at, read, block, *given)
 
     def _is_left(self, fun, args, events):
         """Whether a function is left to Python; looked at after another one was left."""
@@ -255,11 +259,7 @@ class ReadyRun:
 
     def _takes_new_side(self):
         """Whether a decision of the last solve took a side for the first time."""
-        seen = self._seen
-        for block, i in self._sides:
-            if block[SIDES] & ~seen[i]:
-                return True
-        return False
+        return any(block[SIDES] & ~self.run.compared.sides[i] for block, i in self._sides)
 
     def _counting(self, at):
         """Start the kernel, which a faster one may replace; one of LOOK_EVERY solves speaks."""
@@ -281,15 +281,8 @@ class ReadyRun:
 
     def _calling_python(self, at):
         """Start the kernel of functions that run in Python; nothing of the user's is kept."""
-        run = self.run
         self.left -= 1
-        for bound in run.bounds:
-            bound.callback.begin()
-        with Interruptible(run.callbacks):
-            status = run.plan.launch(at)
-        for bound in run.bounds:
-            bound.held.take(None, ())
-        return status
+        return self.run.launch_in_python(at)
 
     def _switch(self, given):
         """Let the steps end at the switching times for the given values of the functions."""
@@ -307,6 +300,13 @@ class ReadyRun:
         run = self.run
         run.problem, run.memory = problem, memory
         return run.solve(problem.y0, (status, self.first, self.first * run.cost))
+
+    def finished(self, problem, status):
+        """The result of a solve of a problem that went on to its end."""
+        if status not in ENDS or self._make is not None:  # results may keep the memory
+            return result_of(problem, status, self.run)
+        self._stays = True
+        return self._result(self.run.memory, self.run.grown, *ENDS[status])
 
     def take_span(self, t_span):
         """Take another span; False if the span needs the long way."""
@@ -358,7 +358,7 @@ class ReadyRun:
             types = {*map(type, t_eval)}
             if not types <= NUMBERS:
                 return False
-            if dtype == FLOAT and types != WHOLE and len(t_eval) == len(own):
+            if dtype == FLOAT and types != {int} and len(t_eval) == len(own):
                 times = self._pack_times(*t_eval)  # in a third of the time of an array
                 if times == self._times:
                     return True

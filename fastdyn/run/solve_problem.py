@@ -218,7 +218,6 @@ def _give_back(key, run, functions):
         if bound.function is None:
             return
     run.let_go()
-    for bound in run.bounds:
-        bound.held.take(None, ())
+    run.hold_nothing()
     kind = again.kept(key, lambda: again.Kind([f.__code__ for f in functions]), run.plan.n)
     kind.give_back(run)

@@ -30,7 +30,7 @@ from .functions.crawling import (
     counts_beyond,
     crawl,
 )
-from .loop import counters
+from .loop import NOWHERE, counters, next_look
 from .matrices.check_jacobian import evaluated
 from .matrices.price import is_dear
 
@@ -224,6 +224,16 @@ def notice(problem, run):
         return
     function.notes[place] = MOST
     warn(said, StiffnessWarning)
+
+
+def unexamined(problem, run):
+    """The most steps of further solves like that of a Run which nothing looks at."""
+    m = problem.method
+    function = run.bounds[0].function
+    if function is None or problem.reaction.gives_up or m.series or m.n_matrices:
+        return MANY - 1
+    looked = function.notes.get(("looked at", m.name), 0)
+    return MANY - 1 if looked < MOST else next_look(NOWHERE - 1)
 
 
 def _evaluations(problem, run):

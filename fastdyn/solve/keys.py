@@ -1,10 +1,12 @@
 """The keys of calls of `solve_ivp`: what calls of one kind have in common, but no values."""
 
+import operator
 import types as python
 from typing import Any
 
 import numpy as np
 
+from fastdyn.compile import memory
 from fastdyn.problem.events import BETWEEN, NOTHING_ASKED, Event, asked_of
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.run.again import keyed_code
@@ -64,14 +66,16 @@ def key_of(asked, method):
 def rest_of(t_eval, dense_output, events, vectorized, options):
     """The part of the key that most calls do not have, and the functions of the events."""
     watched = None
-    functions = ()
-    if len(options) > 1 and not options.keys().isdisjoint(FIELDS):
-        options = dict(options)
-        fields = [options.pop(name, None) for name in FIELDS]
-        options |= _given(fields)
-    called = ()
-    if options and not OTHERS.isdisjoint(options):
-        options, called = _by_code(options)
+    functions = called = names = values = ()
+    if options:
+        names, fields, has_others, values_of = _order(tuple(options))
+        for name in fields:
+            if options[name] is None:
+                given = {k: v for k, v in options.items() if v is not None or k not in FIELDS}
+                return rest_of(t_eval, dense_output, events, vectorized, given)
+        if has_others:
+            options, called = _by_code(options)
+        values = values_of(options)
     if events is not None:
         if events.__class__ is FUNCTION and not events.__dict__:
             watched = id(events.__code__)
@@ -79,10 +83,21 @@ def rest_of(t_eval, dense_output, events, vectorized, options):
         else:
             watched, functions = _watched(events)
     rest = (
-        None if t_eval is None else len(t_eval), dense_output, vectorized, watched, *options,
-        *options.values(),
+        None if t_eval is None else len(t_eval), dense_output, vectorized, watched, names, *values,
     )  # fmt: skip
     return rest, functions + called
+
+
+@memory.cached
+def _order(names):
+    """The order of options in a key: FIELDS stand last.
+
+    With those of FIELDS, whether some are of OTHERS, and a function that takes the values in order.
+    """
+    fields = [name for name in FIELDS if name in names]
+    ordered = *[name for name in names if name not in FIELDS], *fields
+    values_of = operator.itemgetter(*ordered) if len(ordered) > 1 else dict.values
+    return ordered, fields, not OTHERS.isdisjoint(names), values_of
 
 
 def _by_code(options):
@@ -143,8 +158,9 @@ def _watched(events):
     key = []
     functions = []
     for event in events:
+        code = event.__code__ if event.__class__ is FUNCTION else keyed_code(event)
         asked = asked_of(event)
-        key += id(keyed_code(event)), asked
+        key += id(code), asked
         if asked is not NOTHING_ASKED:  # True is not the number 1 of an event that acts
             key.append(tuple(map(type, asked)))
         if isinstance(event, Event):

@@ -2,6 +2,7 @@
 
 import functools
 import math
+from time import thread_time
 from typing import Any
 
 from fastdyn.compile import background
@@ -67,6 +68,18 @@ class Tier:
         """Add the time of a chunk, in seconds of this thread: not of what else the machine does."""
         if self.open:
             self._spent.seconds += seconds
+
+    def timed(self, work, *given):
+        """The value of ``work(*given)``, whose time is added if a faster kernel may take over.
+
+        The time of a thread takes a system call, which waits up to 0.1 ms on some machines.
+        """
+        if not self.open:
+            return work(*given)
+        began = thread_time()
+        found = work(*given)
+        self.record_time(thread_time() - began)
+        return found
 
     def promote(self):
         """Between two chunks, change to the inlined kernel, or let the thread make the kernel."""

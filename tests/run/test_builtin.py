@@ -112,7 +112,7 @@ def test_other_values_are_left_to_python():
     for _ in range(200):
         assert solve(driven, START, ("2",), ()) is None
     assert abs(sys.getrefcount(None) - before) < 100
-    run._left[0] = 1
+    run.run.compared.left[0] = 1
     assert solve(driven, START, (2.0,), ()) is None  # a comparison is due
     for y0 in ([0.5], ["a", 0.5], "ab"):
         with pytest.raises((ValueError, TypeError)):
@@ -177,7 +177,7 @@ def test_an_exception_of_a_reader_passes_through(error, is_alone):
 def of_parts(run, read, block, plain, told=None):
     """A builtin for the kernel of a run."""
     kernel = run.run.plan.launch, run.run.launch_at
-    return builtin(*kernel, read, block, run._left, run.room, told, plain)
+    return builtin(*kernel, read, block, run.run.compared.left, run.room, told, plain)
 
 
 @pytest.mark.parametrize("error", ERRORS)
@@ -194,7 +194,7 @@ def test_an_exception_of_other_fields_passes_through(error):
             raise error("said")
 
     plain = run._result.plain._replace(more=more)
-    run._left[0] = 10_000
+    run.run.compared.left[0] = 10_000
     solve = of_parts(run, *run._readers[0], plain)
     for _ in range(200):
         with pytest.raises(error, match="said"):

@@ -13,7 +13,7 @@ import scipy.integrate
 import fastdyn
 from fastdyn.compile import background, memory
 from fastdyn.kernels.methods import METHODS
-from fastdyn.run import loop
+from fastdyn.run import loop, stiffness
 from fastdyn.run import output as pieces
 from fastdyn.specialise.scalar import watch_kernel
 
@@ -104,7 +104,9 @@ def test_changing_the_tier_between_chunks_changes_no_bit(method, monkeypatch, tm
     assert used[0] is None and used[-1] is not None
 
 
-def test_a_look_shortens_no_chunk_after_it(monkeypatch):
+@pytest.fixture
+def taken(monkeypatch):
+    """The steps asked for in each chunk but the first of a solve; no chunk ends by the clock."""
     taken = []
     original = loop.Run.step
 
@@ -114,13 +116,36 @@ def test_a_look_shortens_no_chunk_after_it(monkeypatch):
 
     monkeypatch.setattr(loop, "CHUNK_SECONDS", 1e3)  # no chunk ends by the clock
     monkeypatch.setattr(loop.Run, "step", counted)
-    for _ in range(3):  # the first chunk of a repeated solve ends a step before the first look
-        taken.clear()
-        run = solve("RK45", t_end=2000.0, compile="shared", t_eval=[2000.0])
+    return taken
+
+
+def looks_of(run):
+    """The numbers of steps of the looks at a solve, and that of the first one behind its end."""
     looks = [loop.next_look(0)]
     while looks[-1] < run.n_accepted:
         looks.append(loop.next_look(looks[-1]))
-    assert len(looks) > 3 and len(taken) == len(looks)
+    return looks
+
+
+def test_a_look_shortens_no_chunk_after_it(taken):
+    for _ in range(3):  # the first chunk of a repeated solve ends a step before the first look
+        taken.clear()
+        run = solve("Taylor", t_end=20_000.0, t_eval=[20_000.0])
+    assert len(looks_of(run)) > 3 and len(taken) == len(looks_of(run))
+
+
+def test_looks_that_can_see_nothing_are_left_out(taken):
+    run = solve("RK45", t_end=2000.0, compile="shared", t_eval=[2000.0])
+    ends = {*itertools.accumulate([loop.FIRST_LOOK, *taken])}
+    behind = [k for k in looks_of(run)[1:-1] if k in ends]
+    assert behind == [k for k in looks_of(run)[:-1] if k > loop.NOWHERE] != []
+
+
+def test_solves_that_nothing_looks_at_take_one_chunk(taken):
+    for _ in range(stiffness.MOST + 4):
+        taken.clear()
+        run = solve("RK45", t_end=500.0, compile="shared", t_eval=[500.0])
+    assert run.n_accepted > stiffness.MANY and not taken
 
 
 @pytest.fixture

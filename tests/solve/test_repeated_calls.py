@@ -10,8 +10,18 @@ import pytest
 
 from fastdyn import solve_ivp
 from fastdyn.kernels.methods.taylor.accuracy import order_for
+from fastdyn.run import again, stiffness
 from fastdyn.solve import ivp, repeated
-from support.repeated import CALLS, assert_same, closure, is_plain, plain, warm, was_ready
+from support.repeated import (
+    CALLS,
+    assert_first,
+    assert_same,
+    closure,
+    is_plain,
+    plain,
+    warm,
+    was_ready,
+)
 
 g = 9.81
 START = np.array([0.5, 0.25])
@@ -297,6 +307,42 @@ def test_long_solves_and_failures():
     warm(solve_ivp, blow_up, (0.0, 1.0), [0.5])
     for y0, end in (([0.5], 1.0), ([2.0], 1.0), ([0.5], 3.0), ([0.25], 1.0)):
         assert_same(plain(blow_up, (0.0, end), y0), solve_ivp(blow_up, (0.0, end), y0))
+
+
+def swings(t, y):
+    return y[0]
+
+
+OUTPUTS = {
+    "the end": {"t_eval": [300.0]},
+    "steps": {},
+    "dense": {"dense_output": True},
+    "events": {"events": [swings, lambda t, y: y[1] - 9.0], "t_eval": [1.0, 300.0]},
+    "dense and times": {"dense_output": True, "t_eval": [1.0, 300.0], "events": swings},
+}
+
+
+@pytest.mark.parametrize("method", ["RK45", "Taylor", "Rodas5P"])
+@pytest.mark.parametrize("outputs", OUTPUTS)
+def test_long_solves_share_no_memory_and_lay_out_nothing_anew(method, outputs):
+    given = {"method": method, "rtol": 1e-8, "atol": 1e-8, "compile": "shared"}
+    given |= {"max_step": 0.1, **OUTPUTS[outputs]}
+
+    def call(by, i):
+        return by(pendulum, (0.0, 300.0), [0.1 + 0.01 * i, 0.0], **given)
+
+    for i in range(40):  # behind the solves that are examined, and the comparison after 32
+        call(solve_ivp, i)
+    (kind,) = [e.value for e in again.calls.entries.values() if isinstance(e.value, again.Solver)]
+    go = kind.idle[0].go
+    n_plain = 0
+    results = []
+    for i in range(12):
+        results.append(call(solve_ivp, i))
+        n_plain += kind.idle[0].go is go
+    assert n_plain == 12 and min(run.n_accepted for run in results) > stiffness.MANY
+    for i, run in enumerate(results):
+        assert_first(run, call(plain, i))
 
 
 def test_an_array_of_start_and_end_with_sensitivities_and_events():

@@ -71,6 +71,10 @@ OPTIONS = {
     "differences": {"jac": "2-point", "method": "Radau"},
     "derivatives": {"jac": slope, "method": "Radau", "sensitivity": "k"},
     "the choice": {"domain": within, "method": "auto"},
+    "tolerances": {"rtol": np.array([1e-5, 1e-6]), "atol": [1e-8, 1e-9]},
+    "tolerances of a series": {"rtol": [1e-5, 1e-6], "atol": [1e-8, 1e-9], "method": "Taylor"},
+    "tolerances and derivatives": {"rtol": [1e-5, 1e-6], "sensitivity": "k"},
+    "diagonals": {"lband": 1, "uband": 1, "min_step": 1e-9, "method": "LSODA"},
 }
 
 

@@ -230,18 +230,18 @@ ALL_OPTIONS = (
         'For "LSODA", as in SciPy: the numbers of diagonals of the Jacobian below and above the '
         "main diagonal.  A function `jac` then returns the diagonals.",
         lsoda, kind=kinds.whole, refused=_not(*OTHER_EQUATIONS, "discrete"),
-        scipys=True,
+        scipys=True, in_key="kinds",
     ),
     Option(
         "uband", "", "",
         lsoda, kind=kinds.whole, refused=_not(*OTHER_EQUATIONS, "discrete"),
-        scipys=True,
+        scipys=True, in_key="kinds",
     ),
     Option(
         "min_step", "float", 'For "LSODA", as in SciPy: the shortest step.',
         lsoda, default=0.0, kind=kinds.number,
         refused=_not(*OTHER_EQUATIONS, "SciPy's LSODA"), scipys=True,
-        matlab="MinStep",
+        matlab="MinStep", in_key=True,
     ),
     Option(
         "mass", "array_like, shape (n, n), or callable",
