@@ -12,7 +12,7 @@ import contextlib
 
 import numpy as np
 
-from fastdyn.compile.derivatives.switched import BEHIND, Part, jumping, switched
+from fastdyn.compile.derivatives.switched import BEHIND, Part, followed, jumping, switched
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.sentences import warn
 from fastdyn.kernels.methods.method import ON_PAIRS
@@ -70,11 +70,12 @@ class Saturated(Exception):
 class Sliding(Exception):
     """A run is given up because the solution slides along switches; `of` is the Switched."""
 
-    def __init__(self, t, of, y, tf):
+    def __init__(self, t, of, y, tf, sliding):
         super().__init__(f"The solution slides along a switch at t = {t:.6g}.")
         times = of.times(t, tf)[:MOST_TIMES]
         later = times + BEHIND * np.sign(tf - t) * np.abs(times)
-        self.of, self.chosen = of, sorted({k for s in (t, *later) for k in jumping(of, s, y)})
+        self.of = of
+        self.chosen = followed(of, [k for s in (t, *later) for k in jumping(of, s, y)], sliding)
 
 
 def watch(problem, run):
@@ -98,7 +99,7 @@ def _give_up(problem, run):
     if problem.reaction.gives_up == "slides":
         t, y, of, chosen = switches_of(run)
         if chosen:
-            raise Sliding(t, of, y, problem.tf)
+            raise Sliding(t, of, y, problem.tf, chosen)
     found = _held_back(problem, run, undamped=True)
     if found is None:
         return

@@ -9,6 +9,7 @@ import pytest
 import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.compile import memory
+from fastdyn.compile.derivatives import switched
 from fastdyn.run import loop
 from fastdyn.solve import automatic
 
@@ -294,6 +295,34 @@ def test_many_conditions_are_left_to_the_pair(monkeypatch):
     u0 = np.where(np.arange(20) < 5, 1.0, 0.0)
     run = solve_ivp(advected, (0, 1), u0, "auto")
     assert run.status == 0 and asked == ["Tsit5"]
+
+
+def test_of_many_jumps_those_that_slide_are_followed(monkeypatch):
+    """A loop that halves a number jumps at 12 conditions: 13 modes would make 3**13 formulas."""
+
+    def held(t, y):
+        x, n = abs(y[0]), 0
+        while x > 1e-6 and n < 12:
+            x *= 0.5
+            n += 1
+        return [-y[0], -y[1]] if y[0] > 5.0 else [1.0 + x, 0.1]
+
+    followed = []
+    hybrid = switched.hybrid
+
+    def counted(graph, outputs, some, *widths):
+        followed.append(len(some))
+        return hybrid(graph, outputs, some[:4], *widths)
+
+    monkeypatch.setattr(switched, "hybrid", counted)
+    run = solve_ivp(held, (0, 7), [0.5, 0.0], "auto", rtol=1e-8, atol=1e-10)
+    assert followed == [1] and "Filippov's average" in run.reason
+    rate = 0.5**12  # of y[0], below 5
+    reached = np.log((1 + 5.0 * rate) / (1 + 0.5 * rate)) / rate
+    share = (1 + 5.0 * rate) / (6 + 5.0 * rate)
+    rest = 0.1 * (1 - share) / share
+    exact = rest + (0.1 * reached - rest) * np.exp(-share * (7 - reached))
+    assert abs(run.y[0, -1] - 5.0) < 1e-6 and abs(run.y[1, -1] - exact) < 1e-6
 
 
 def test_a_switch_beside_which_nothing_jumps_is_left_to_the_steps(monkeypatch):

@@ -253,6 +253,19 @@ def _first_modes(of, some, t0, y0):
     ]
 
 
+def followed(of, jumping, sliding):
+    """The indices of the switches that are followed by modes, each of which triples the formulas.
+
+    All at which the function jumps; if these make too many formulas, those along which the solution
+    slides: at the others the steps of a pair find the jump.  None, if these make too many, too.
+    """
+    size = len(live(of.outputs))
+    for found in (set(jumping), set(jumping).intersection(sliding)):
+        if size * 3 ** len(found) <= LARGEST:
+            return sorted(found)
+    return []
+
+
 def jumping(of, t, y):
     """The indices of the switches at whose surface, seen from one state, the function jumps."""
     given = of.given()
