@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+from scipy import integrate
 
 from fastdyn import (
     Phase,
@@ -187,3 +188,20 @@ def test_a_function_in_python_is_looked_at_by_its_values(method):
         warnings.simplefilter("ignore")
         found = solve_ivp(turning, (0, END), [1.0, 0.0], method, events=in_python, on_event=same)
     assert len(found.t_events[0]) == expected(_by_time)
+
+
+@pytest.mark.parametrize("method", ["RK23", "RK45", "DOP853"])
+def test_methods_of_scipy_keep_scipys_occurrences_before_they_tell(method):
+    """The first call looks inside the steps, and the second does not."""
+    for phase in np.linspace(0.1, 3.0, 6):
+
+        def g(t, y, phase=phase):
+            return np.sin(W * t + phase)
+
+        g.__code__ = g.__code__.replace(co_name=f"sine_{method}_{phase:.1f}")
+        given = turning, (0, END), [1.0, 0.0], method
+        expected = integrate.solve_ivp(*given, events=g).t_events[0]
+        with pytest.warns(SwitchingWarning, match="crosses zero"):
+            first = solve_ivp(*given, events=g).t_events[0]
+        again = solve_ivp(*given, events=g).t_events[0]
+        assert np.array_equal(first, again) and first == pytest.approx(expected, rel=1e-9)

@@ -115,7 +115,8 @@ def note_inside(solve, o, events, i, d, t, meets, end, scratch):
     h = s.t - s.t_old
     a = s.t_old
     length = t - a
-    if e.parts == IN_PARTS:
+    fast = e.parts == IN_PARTS and e.within == COUNTS  # else at most one occurrence in a step
+    if fast:
         begin_parts(e, d, s.t_old, h, rows, scratch[0])
     elif e.fine < abs(length):
         length = np.copysign(e.fine, h)
@@ -123,7 +124,7 @@ def note_inside(solve, o, events, i, d, t, meets, end, scratch):
     e.size = 0.0
     n = 0
     for part in range(MOST_PARTS):
-        if e.parts == IN_PARTS:
+        if fast:
             b = next_part(e, d, s.t_old, h, a, length, t, rows, scratch[0])
         else:
             b = t if abs(length) >= abs(t - a) else a + length
@@ -131,7 +132,7 @@ def note_inside(solve, o, events, i, d, t, meets, end, scratch):
         e.size = max(e.size, abs(e.g_new - e.g))
         if e.within == COUNTS:
             n = fill_points(e, d, a, b, s.t_old, h, points, scratch)
-        if e.parts != IN_PARTS and abs(length) > SHORTEST * abs(h) and is_rough(points, n):
+        if not fast and abs(length) > SHORTEST * abs(h) and is_rough(points, n):
             if not is_noise(solve, e, d, points, n, scratch):
                 length *= 0.25
                 e.fine = abs(length)
