@@ -422,3 +422,12 @@ def test_zeros_of_a_matrix_have_signs():
         for given in (rows, tuple(map(tuple, rows))):
             keys.add(hashable(rest_of(None, False, None, False, {"jac": given})[0]))
     assert len(keys) == 2
+
+
+@pytest.mark.parametrize("method", ["RK45", "Vern7"])
+@pytest.mark.parametrize("times", [[1, 2], np.array([0.5, 1.5], "f4")], ids=["whole", "short"])
+def test_the_vjp_at_times_of_other_types(method, times):
+    given = {"t_eval": times, "args": (2.0,), "adjoint": "y0", "compile": "shared"}
+    first = plain(driven, (0.0, 2.0), START, method, **given)
+    for _ in range(2 * CALLS):
+        assert_first(solve_ivp(driven, (0.0, 2.0), START, method, **given), first)

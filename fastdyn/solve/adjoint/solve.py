@@ -181,6 +181,9 @@ class Again:
         taken = ready.taken()
         steps = None
         times = taken["t_eval"]
+        if at_times:  # perhaps whole numbers, and kernels read floats
+            times = times.astype(float)
+            taken["t_eval"] = times
         if not at_times:
             if result.y.size > ROOM:
                 return None
