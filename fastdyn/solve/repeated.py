@@ -269,7 +269,7 @@ class WithSensitivities(Repeated):
             order = order_for(longer.rtol, longer.atol, longer.y0) if p.method.series else None
             check = functools.partial(self._take_sizes, order)
             self._tolerances = Tolerances(p, self._m)
-        if not p.events and not p.dense_output:
+        if p.events is None and not p.dense_output:
             self.make = self._divided
         return self._ready(longer, run_of, stripped(longer), check)
 

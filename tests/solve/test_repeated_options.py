@@ -431,3 +431,11 @@ def test_the_vjp_at_times_of_other_types(method, times):
     first = plain(driven, (0.0, 2.0), START, method, **given)
     for _ in range(2 * CALLS):
         assert_first(solve_ivp(driven, (0.0, 2.0), START, method, **given), first)
+
+
+def test_no_events_are_an_empty_list_with_derivatives():
+    given = {"events": [], "args": (2.0,), "sensitivity": "k", "compile": "shared"}
+    first = plain(driven, SPAN, START, **given)
+    assert first.t_events == []
+    for _ in range(CALLS):
+        assert_first(solve_ivp(driven, SPAN, START, **given), first)
