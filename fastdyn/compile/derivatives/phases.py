@@ -77,7 +77,7 @@ def _found(graph, outputs):
     moving = set()
     for node in live(outputs):
         operation = OPERATIONS[node.op]
-        of = node.args[0] if node.args else None
+        of: Any = node.args[0] if node.args else None
         if node.op == "t" or any(each.key in timed for each in node.args):
             timed.add(node.key)
         if node.op == "y" or any(each.key in moving for each in node.args):
