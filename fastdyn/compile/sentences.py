@@ -130,8 +130,9 @@ def warn_once(fun, reason):
     plain = plain_function(fun)
     if reason != SWITCHED_OFF and not re.search(r", line \d+\)$", reason):
         code = _code_of_user(plain)
-        known = code is not None and of_user(code.co_filename)
-        reason = located(reason, (code.co_filename, code.co_firstlineno) if known else None)
+        if code is not None and not of_user(code.co_filename):
+            code = None
+        reason = located(reason, code and (code.co_filename, code.co_firstlineno))
     name = name_of(fun)
     identity = reason if reason == SWITCHED_OFF else (type(fun), code_of(plain), name)
     if _warned.get(identity):

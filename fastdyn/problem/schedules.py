@@ -193,7 +193,7 @@ def check_span(times, t0, tf):
     return times
 
 
-def listed(events, options):
+def listed(events, options) -> Any:
     """The events as a list, followed by the schedules of `at` and `every`; None without any."""
     times, periods = [options.get(name) for name in SHORTHANDS]
     if isinstance(events, Schedule | functions.Event) or callable(events):

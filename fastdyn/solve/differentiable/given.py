@@ -78,7 +78,7 @@ def call_of(
     t0, tf = validate.time_span(t_span)
     if not math.isfinite(tf):
         raise ValueError(f"`t_span` ends at {tf}: derivatives need a finite span.")
-    times = validate.output_times([tf] if t_eval is None else t_eval, t0, tf)
+    times: Any = validate.output_times([tf] if t_eval is None else t_eval, t0, tf)
     if not len(times):
         raise ValueError("`t_eval` is empty: there is nothing to return.")
     schedules.checked(events, options, t0, tf)

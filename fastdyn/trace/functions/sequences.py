@@ -143,12 +143,14 @@ def _nearest(distances):
     """
     g = distances.g
     table, i = _of_distances(g, distances.ids)
-    name = None if table is None else g.table_name(table)
+    if table is None:
+        return None
+    name = g.table_name(table)
     if name is None or not g.ascending(name):
         return None
     x = Symbol(g, i)
 
-    def search(v):
+    def search(v) -> Any:
         return Symbol(g, g.map("search", v.ids, data=(name, "left")))
 
     def entry(place):
@@ -168,13 +170,13 @@ def _nearest(distances):
     return Symbol(g, symbol(g, where(call("isnan", x), 0.0, first)).ids, "i")
 
 
-def _of_distances(g, ids):
+def _of_distances(g, ids) -> Any:
     """The ids of a table and of x, whose distances are given; None, None if they are none."""
     if ids.ndim != 1 or ids.size < LEAST:
         return None, None
     row = g.row_at(int(ids[0]))
     if row is not None:
-        inner = row.args[0] if row.op == "abs" and row.size == ids.size else 0
+        inner: Any = row.args[0] if row.op == "abs" and row.size == ids.size else 0
         row = None if type(inner) is int else g.row_at(int(inner[0]))
         if row is None or row.op != "sub" or not np.array_equal(inner, g.ids(row).ravel()):
             return None, None
