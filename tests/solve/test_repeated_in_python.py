@@ -6,6 +6,7 @@ import gc
 import math
 import random
 import signal
+import types
 import weakref
 
 import numpy as np
@@ -18,6 +19,7 @@ from fastdyn.integrate import odeint
 from fastdyn.run import again
 from fastdyn.run.again import MOST_IN_PYTHON
 from fastdyn.run.functions import readers
+from fastdyn.run.functions.interruptible import Interruptible
 from fastdyn.run.ready import ReadyRun
 from support.repeated import CALLS, START, assert_same, in_threads, is_plain, plain, warm, was_ready
 
@@ -322,3 +324,33 @@ def test_a_signal_is_handled_once():
         assert len(heard) == len(calls) // 5
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="no signals")
+def test_a_timeout_between_two_calls_of_the_function_is_raised():
+    class Late(Exception):
+        pass
+
+    heard = []
+
+    def late(number, frame):
+        heard.append(number)
+        raise Late
+
+    callback = types.SimpleNamespace(inside=False, pending=None)
+    before = signal.signal(signal.SIGALRM, late)
+    try:
+        with pytest.raises(Late), Interruptible([callback]):
+            signal.raise_signal(signal.SIGALRM)  # in the kernel, or where a callback begins
+            with pytest.raises(Late):
+                callback.pending()  # by the next call
+            assert callback.pending is None
+            callback.inside = True
+            with pytest.raises(Late):  # in the user's function
+                signal.raise_signal(signal.SIGALRM)
+            callback.inside = False
+            signal.raise_signal(signal.SIGALRM)  # behind the last call
+        assert heard == 3 * [signal.SIGALRM]
+        assert signal.getsignal(signal.SIGALRM) is late
+    finally:
+        signal.signal(signal.SIGALRM, before)
