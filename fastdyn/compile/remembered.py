@@ -59,8 +59,8 @@ def _keeper(fun, seen=()):
         return fun, kept
     for name in named:
         called = _named(fun, plain, name, bound)
-        code = getattr(plain_function(called), "__code__", None)
-        if code is not None and of_user(code.co_filename):
+        function = plain_function(called)
+        if type(function) is types.FunctionType and of_user(function.__code__.co_filename):
             found = _keeper(called, (*seen, plain.__code__))
             if found is not None:
                 return found

@@ -12,8 +12,7 @@ import numpy as np
 
 from fastdyn.compile.python_callback import value_of
 from fastdyn.kernels.methods import METHODS
-from fastdyn.kernels.output.arguments import TOLERANCE
-from fastdyn.kernels.output.meetings import APART
+from fastdyn.kernels.output.arguments import APART, TOLERANCE
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.events import Event
 from fastdyn.problem.options.docstrings import filled

@@ -109,6 +109,7 @@ KEEPS, COUNTS, TELLS = range(3)
 WHOLE_STEP, ASKS, IN_PARTS = range(3)
 
 TOLERANCE = 4 * 2.220446049250313e-16  # of a root, as in SciPy: of the unit of time, and relative
+APART = 16  # least distance of two occurrences of one event, in uncertainties of the root
 
 # One record for each event function.
 EVENTS = np.dtype(

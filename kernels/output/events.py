@@ -13,17 +13,10 @@ import numpy as np
 from ..calls.user_function import evaluate
 from ..jit.options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING
-from .arguments import COUNTS, IN_PARTS
+from .arguments import APART, COUNTS, IN_PARTS
 from .brent import crossing, crossing_from_zero, edge, resolution, takes_edges, value
 from .dense_output import polynomial
-from .meetings import (
-    APART,
-    ROUNDING,
-    forget_behind,
-    near,
-    note_meeting,
-    sort,
-)
+from .meetings import ROUNDING, forget_behind, near, note_meeting, sort
 from .projection import project_events
 
 # The value of an event function at the start of a step.  PLAIN: any value.  LEAVES: zero, because

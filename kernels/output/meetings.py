@@ -9,11 +9,11 @@ import numpy as np
 from ..calls.user_function import evaluate
 from ..jit.options import INTERNAL, njit
 from ..state.record import K, Y
+from .arguments import APART
 from .brent import resolution
 from .dense_output import polynomial
 from .segments import end_of_span, is_border
 
-APART = 16  # least distance of two occurrences of one event, in uncertainties of the root
 ROUNDING = 1e-10  # share of the change of an event function that cannot be told from zero
 NEVER = -1.0  # distance within which no event meets a schedule
 MET = 3
