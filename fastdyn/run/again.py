@@ -170,6 +170,7 @@ class Solver(Kind):
             self.ended(p, run)
             ready.most = unexamined(p, run)
         except WritesToState:  # of a function that has not written before: SciPy solves
+            ready.left = 0  # the exception, which its callback keeps, holds what the user gave
             return None
         except GaveUp as reason:
             result = None

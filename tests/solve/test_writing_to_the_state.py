@@ -1,5 +1,8 @@
 """Functions that write to the state that they are given: what they do under SciPy."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 import scipy.integrate
@@ -84,3 +87,29 @@ def test_the_shortest_step_is_refused_where_scipys_lsoda_would_drop_it():
         solve_ivp(writes, (0, 5), [1.0, 0.0], "LSODA", min_step=0.5)
     for method, shortest in (("LSODA", 0.0), ("RK45", 0.5)):  # that warns, as SciPy does
         assert solve_ivp(writes, (0, 1), [1.0, 0.0], method, min_step=shortest).success
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
+def test_what_a_function_that_begins_to_write_was_given_is_freed():
+    class Held:
+        writes = False
+
+    def fun(t, y, held):
+        calls.append(t)
+        if held.writes and t > 2.5:  # behind the steps that are taken at once
+            y[0] += 1e-9
+        return [-y[0]]
+
+    def solved(held):
+        return solve_ivp(fun, (0, 3), [1.0], dense_output=True, max_step=1e-3, args=(held,))
+
+    calls = []
+    for _ in range(6):
+        solved(Held())
+    held = Held()
+    held.writes = True
+    assert solved(held).success
+    gone = weakref.ref(held)
+    del held
+    gc.collect()
+    assert gone() is None
