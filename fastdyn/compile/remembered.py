@@ -68,7 +68,7 @@ def _keeper(fun, seen=()):
 
 
 def _named(fun, plain, name, bound):
-    """What a name as ``control`` or ``self.control`` stands for in a function; None if unknown.
+    """The value of a name such as ``control``, ``self.control`` in a function; None if unknown.
 
     No code of the user runs: a property has no value here.
     """

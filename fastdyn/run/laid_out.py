@@ -266,26 +266,20 @@ class LaidOut(PythonBetween):
         """
         self.make_room()
         self.take_snapshots(snapshots)
-        plan = self.plan
         words = self._words
         own = self._new_memory()
         launch = self._launch
         launch[MEMORY], launch[Y0] = address_of(own), address_of(y0)
         words[self._n_steps], words[self._advance] = n_steps, self.stepping()
-        if self.callbacks:
-            for callback in filter(None, [b.callback for b in self.bounds]):
-                callback.begin()
-            return self._interruptible(plan.launch, launch)
-        return plan.launch(self.launch_at)
+        return self.launch()
 
-    def launch_in_python(self, at):
-        """Start the kernel of functions that all run in Python, by the address of the Launch."""
-        for bound in self.bounds:
-            bound.callback.begin()
-        with Interruptible(self.callbacks):
-            status = self.plan.launch(at)
-        self.hold_nothing()
-        return status
+    def launch(self):
+        """Start the kernel, as the words of the Launch say; the status."""
+        if not self.callbacks:
+            return self.plan.launch(self.launch_at)
+        for callback in filter(None, [b.callback for b in self.bounds]):
+            callback.begin()
+        return self._interruptible(self.plan.launch, self._launch)
 
     def hold_nothing(self):
         """Keep no function and no arguments of the user between solves."""

@@ -155,9 +155,8 @@ class ReadyRun:
             self._until_look = 1
             kernel = self._counting
         self._sides = [(memoryview(block), i) for i, block in enumerate(run.compared.deciding)]
-        self._own = None
-        if plan.size <= FEW_WORDS:
-            self._own = new_memory(plan.size)
+        self._own = new_memory(plan.size) if plan.size <= FEW_WORDS else None
+        if self._own is not None:
             launch[MEMORY] = address_of(self._own)
         self.last = self._own
         self._result = (self._make or results)(problem, plan, self._own)
@@ -244,9 +243,8 @@ class ReadyRun:
             return None
         names = run.to_tell()
         told = address_of(self._own) + run.plan.place(names[0]) if names else None
-        parts = getattr(self._result, "plain", None)
-        if self._sides or len(names) > 1:
-            parts = None
+        is_plain = not self._sides and len(names) < 2
+        parts = getattr(self._result, "plain", None) if is_plain else None
         given = run.compared.left, self.room[: self._n], told, parts
         return builtin(kernel, run.launch_at, read, block, *given)
 
@@ -282,7 +280,9 @@ class ReadyRun:
     def _calling_python(self, at):
         """Start the kernel of functions that run in Python; nothing of the user's is kept."""
         self.left -= 1
-        return self.run.launch_in_python(at)
+        status = self.run.launch()
+        self.run.hold_nothing()
+        return status
 
     def _switch(self, given):
         """Let the steps end at the switching times for the given values of the functions."""

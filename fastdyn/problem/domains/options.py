@@ -101,11 +101,10 @@ def forms(bare, fun, others, t0, y0):
         In the order of `called_between`, as are their forms.
     """
     listed = bare.nonnegative
-    jac: Any
-    last: list[Any]
     rest, by_field = apart(bare, others)
-    domain, jac = by_field.get("inside"), by_field.get("jac", bare.jac)
-    last = [by_field["project"]] if "project" in by_field else []
+    domain = by_field.get("inside")
+    jac: Any = by_field.get("jac", bare.jac)
+    last: list[Any] = [by_field["project"]] if "project" in by_field else []
     if bare.mode is COLUMN:
         fun = of_states(fun)
     if domain is not None:
